@@ -117,6 +117,16 @@ def test_what_only_contact_holds_is_named() -> None:
     assert "contact" not in held
 
 
+def test_sand_that_was_just_placed_has_no_strength() -> None:
+    """Without stress and cohesion; a little cohesion gives it some."""
+    for cohesion, named in ((0.0, True), (1.0, False)):
+        entries = clay_block(1.0)
+        entries["materials"]["soil"] = material_entries("mohr_coulomb", cohesion=cohesion)
+        text = causes_of(entries)
+        assert ("neither pressure nor cohesion and so no strength at all" in text) == named
+        assert "already the first step" in text
+
+
 def test_soil_behind_a_boundary_is_named() -> None:
     wall = implicit("wall", flat([1.0, 0.0], [1.0, 0.0]), "roller")
     entries = clay_block(0.1, boundaries=[plane("base", "y", 0.0), wall])

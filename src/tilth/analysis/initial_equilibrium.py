@@ -276,12 +276,20 @@ class _Search:
             simulation = self._simulation
             place = simulation.distribution.place(simulation.points, failure.point)
             where = f", at the point {failure.point} at {place_text(place)}"
+        free = [body.name for body in self._simulation.bodies if body.free.any()]
+        loose = ""
+        if free:
+            loose = (
+                f"; the rigid body {free[0]!r} is free to move: its forces at time 0 are in the "
+                "search as well, and one that bears no force yet is held by nothing"
+            )
         applied = "" if self._left == 0.0 else f", with {1.0 - self._left:.1%} of it applied"
         return AnalysisFailed(
             "the starting state has no equilibrium with the loads and boundaries at time 0: "
             f"{failure.reason}{where}{applied}",
             "check strength and boundaries there, and that what the stress has to balance acts at "
-            "time 0 (factor = [[0, 1], [1, 1]]); initial.equilibrium = false starts without it",
+            f"time 0 (factor = [[0, 1], [1, 1]]){loose}; initial.equilibrium = false starts "
+            "without the search, from the stress as declared",
         )
 
 

@@ -16,6 +16,7 @@ from tilth.boundaries.implicit.passage import points_behind
 from tilth.errors import BadInput, StepFailed
 from tilth.mpm.domains import LARGEST_HALF_LENGTH
 from tilth.mpm.grid import LEFT_LIMITS
+from tilth.mpm.shear_strength import shear_strength
 
 STEADY_FLOW = 0.5
 """Elastic share of the last step's strain below which a point flows."""
@@ -38,6 +39,7 @@ def likely_causes(simulation: Simulation, clock: Clock, failure: StepFailed) -> 
         *_not_constrained(simulation, clock),
         *_held_by_contact(simulation, clock),
         *_limit_load(simulation, clock),
+        *_without_strength(simulation, failure),
         *_domains(simulation),
         *_locking(simulation),
         *_first_step(simulation, clock),
@@ -142,6 +144,22 @@ def _limit_load(simulation: Simulation, clock: Clock) -> Iterator[str]:
     )
 
 
+def _without_strength(simulation: Simulation, failure: StepFailed) -> Iterator[str]:
+    """Soil that has friction but neither cohesion nor pressure, as fill just placed."""
+    if failure.point is None:
+        return
+    points, model = simulation.points, simulation.model
+    cohesion, tangent = shear_strength(points, model)
+    weak = (cohesion == 0.0) & (tangent > 0.0) & ~points.stress.any(axis=1)
+    if weak[points.index_of(np.array([failure.point]))[0]]:
+        body = points.body_id[points.index_of(np.array([failure.point]))[0]]
+        yield (
+            f"{int(weak.sum())} points have neither pressure nor cohesion and so no strength at "
+            f"all, such as this one in the body {model.bodies[body].name!r}: give its material a "
+            "small cohesion, a twentieth of the pressure under the new soil is enough"
+        )
+
+
 def _domains(simulation: Simulation) -> Iterator[str]:
     """Domains of the points that have grown over the cells."""
     points = simulation.points
@@ -190,12 +208,13 @@ def _locking(simulation: Simulation) -> Iterator[str]:
 
 def _first_step(simulation: Simulation, clock: Clock) -> Iterator[str]:
     """A first step without an equilibrium."""
-    if clock.step > 0:
+    if clock.time > 0.0:
         return
-    schedule = simulation.model.schedule
+    schedule, stage = simulation.model.schedule, simulation.model.stage.name
+    of_stage = f" of the stage {stage!r}" if stage else ""
     yield (
-        f"already the first step ({schedule.first_step:.4g} in the schedule, tried down to "
-        f"{min(clock.size, schedule.first_step):.4g}) has no equilibrium: its load or motion is "
-        "too large for the soil; check the units of loads, stiffness and strength, or give more "
-        "steps"
+        f"already the first step{of_stage} ({schedule.first_step:.4g} in the schedule, tried "
+        f"down to {min(clock.size, schedule.first_step):.4g}) has no equilibrium: its load or "
+        "motion is too large for the soil; check the units of loads, stiffness and strength, or "
+        "give more steps"
     )

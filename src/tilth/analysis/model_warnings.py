@@ -15,6 +15,7 @@ import numpy as np
 
 from tilth.analysis.contact_warnings import contact_warnings
 from tilth.analysis.overlaps import overlapping_bodies
+from tilth.analysis.table_warnings import table_warnings
 from tilth.arrays import Floats
 from tilth.boundaries.implicit.passage import points_behind
 from tilth.model import (
@@ -32,6 +33,7 @@ from tilth.model.geometry_base import DeclaredGeometry
 from tilth.model.loads import Load
 from tilth.mpm.grid import Grid
 from tilth.mpm.points import MaterialPoints
+from tilth.mpm.shear_strength import shear_strength
 from tilth.terms.loads import nearest_points
 
 if TYPE_CHECKING:
@@ -39,6 +41,10 @@ if TYPE_CHECKING:
 
 NEARLY_INCOMPRESSIBLE = 0.45 - 1e-9
 """Poisson's ratio from which on elements without F-bar lock: K / G is 10 there."""
+
+LEAST_STIFFNESS = 10.0
+"""Young's modulus over the shear strength below which the two are probably in different units:
+soil has 50 to 2000, and at 10 it yields at a shear strain of about 0.3."""
 
 LEAST_RADIUS = 4.0
 """Least radius of a curved boundary, in cells, for which results were compared with others
@@ -74,11 +80,13 @@ def _warnings_of(simulation: Simulation) -> Iterator[tuple[str, str]]:
     yield from _far_positions(model, points, simulation.grid)
     yield from _long_parts(simulation)
     yield from _locking(model, points)
+    yield from _soft(model, points)
     yield from contact_warnings(model)
     yield from _small_radii(model, points, simulation.grid)
     yield from _thin_or_sparse(points, simulation.grid)
     yield from _one_step(model)
     yield from _jumps(model)
+    yield from table_warnings(model)
     yield from _water(simulation)
     if simulation.waves:
         yield from simulation.waves.warnings(model, simulation.soil_on(simulation.locate(0.0)))
@@ -245,6 +253,24 @@ def _locking(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]:
             f"bodies[{i}].anti_locking: the body {body.name!r} is nearly incompressible (Poisson's "
             f"ratio {ratio:.3g}) and has no remedy against locking: {effect}; give "
             'anti_locking = "f_bar"',
+        )
+
+
+def _soft(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]:
+    """Materials with a strength that their stiffness reaches at large strains only."""
+    young, cohesion = points.elastic_moduli().young, shear_strength(points, model)[0]
+    for body in points.bodies:
+        name = model.bodies[body.body].materials[body.layer]
+        own, strength = young[body.points], cohesion[body.points]
+        ratio = own / np.where(strength > 0.0, strength, np.nan)
+        if not (ratio < LEAST_STIFFNESS).any():  # false also for a law without a strength
+            continue
+        worst = int(np.nanargmin(ratio))
+        yield (
+            f"stiffness of {name}",
+            f"materials.{name}.young_modulus: Young's modulus {own[worst]:.4g} is only "
+            f"{ratio[worst]:.2g} times the shear strength {strength[worst]:.4g}, and soil has 50 "
+            "to 2000 times: check the units of both",
         )
 
 

@@ -17,6 +17,7 @@ from tilth.analysis.staged import StagedAnalysis
 from tilth.arrays import Floats, Integers
 from tilth.boundaries import Boundary
 from tilth.boundaries.base_motion import BaseMotion
+from tilth.boundaries.contact.surface import ContactSurface
 from tilth.boundaries.implicit.boundary import Implicit
 from tilth.model import (
     AffineBoundary,
@@ -192,7 +193,7 @@ def initial_setup(simulation: Simulation, active: ActiveGrid) -> Setup:
         lines=[line.tolist() for line in simulation.grid.lines],
         conditions=[_condition(simulation, boundary, active) for boundary in simulation.boundaries],
         surfaces=[
-            *(_surface(simulation, boundary) for boundary in simulation.implicit),
+            *(_surface(simulation, each) for each in simulation.implicit if _declared_alone(each)),
             *(_absorbing(simulation, boundary) for boundary in simulation.waves.surfaces()),
             *_rigid_bodies(simulation),
         ],
@@ -224,6 +225,11 @@ def _water(simulation: Simulation) -> Floats | None:
 
 FLAT_FACETS = 12
 """Facets of a plane over the longest side of the soil, about."""
+
+
+def _declared_alone(boundary: Implicit) -> bool:
+    """Whether a boundary is not the surface of a rigid body, which is drawn with its motion."""
+    return not isinstance(boundary, ContactSurface) or boundary.body is None
 
 
 def _surface(simulation: Simulation, boundary: Implicit) -> Surface:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -112,6 +113,8 @@ def _rows(
         yield "contact", pair_text(pair, model.units.stress)
     for load in model.loads:
         yield "loads", _load(load, model)
+    if weights := _unit_weights(model):
+        yield "unit weights", weights
     if model.stages:
         yield from stage_rows(model)
     else:
@@ -166,6 +169,24 @@ def _material(name: str, material: Material, model: Model) -> str:
     keys = [key for key, value in given.items() if value is not False]
     parts = [text(fields[key].alias or key, getattr(material, key)) for key in keys]
     return f"{name}: {material.model}, {', '.join(parts)}"
+
+
+def _unit_weights(model: Model) -> str:
+    """Returns the unit weight of each material under gravity, which shows a mass in wrong units.
+
+    Empty unless exactly one body force is declared.
+    """
+    forces = [load for load in model.loads if isinstance(load, BodyForce)]
+    if len(forces) != 1 or not (gravity := math.hypot(*forces[0].acceleration)):
+        return ""
+    unit = f"{model.units.force}/{model.units.length}^3"
+    weights = []
+    for name, material in model.materials.items():
+        saturated = getattr(material, "saturated_density", None)
+        for density, words in ((material.density, ""), (saturated, " saturated")):
+            if density:
+                weights.append(f"{name} {density * gravity:.4g} {unit}{words}")
+    return ", ".join(weights)
 
 
 def _water(water: Water, model: Model) -> str:
