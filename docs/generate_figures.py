@@ -174,7 +174,7 @@ def square_footings() -> tuple[Figure, Figure]:
         pressure = result.history["footing load [N]"] / (0.25 * strength)
         axes.plot(2.0 * result.history["time"], pressure, style, color=SOIL, label=title)
         snapshot = results.snapshot(len(results) - 1)
-        start = snapshot.position - snapshot.point_fields["displacement"]
+        start = np.round(snapshot.position - snapshot.point_fields["displacement"], 6)
         layer = start[:, 1] < start[:, 1].min() + 1e-6
         xx, yy, zz, xy, yz, xz = snapshot.point_fields["cauchy_stress"][layer].T
         tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]).transpose(2, 0, 1)
