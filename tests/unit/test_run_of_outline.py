@@ -7,6 +7,7 @@ from pathlib import Path
 
 import ezdxf
 import numpy as np
+import pytest
 
 import tilth
 
@@ -26,6 +27,7 @@ TYPED = f'{{ type = "polygon", vertices = {CORNERS}, holes = [{{ type = "polygon
 DRAWN = '{ type = "outline", file = "section.dxf", layer = "fill", scale = 1 }'
 
 
+@pytest.mark.slow
 def test_the_run_of_a_drawing_is_that_of_the_polygon(tmp_path: Path) -> None:
     document = ezdxf.new()
     for corners in (CORNERS, HOLE):
