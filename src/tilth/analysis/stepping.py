@@ -48,12 +48,14 @@ Steps = Generator[TakenStep, None, T]
 
 def exhausted(steps: Steps[T]) -> T:
     """Takes all steps; returns what they end with."""
-    while True:
-        try:
+    try:
+        while True:
             next(steps)
-        except StopIteration as end:
-            result: T = end.value
-            return result
+    except StopIteration as end:
+        result: T = end.value
+        return result
+    finally:
+        steps.close()  # where a second Ctrl-C came just here
 
 
 def take_steps(analysis: StagedAnalysis, recorder: Recorder, quiet: bool) -> Steps[int]:
