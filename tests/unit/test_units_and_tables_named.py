@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import io
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -11,7 +12,7 @@ from rich.console import Console
 from small_problems import block_entries, material_entries, rollers, weight
 
 import tilth
-from tilth import Model
+from tilth import AnalysisFailed, Model, run
 from tilth.analysis.memory import memory_of
 from tilth.analysis.setup import setup_of
 from tilth.report.setup import legend_handles
@@ -90,3 +91,21 @@ def test_the_summary_has_the_unit_weights_and_the_picture_one_pipe() -> None:
     assert "unit weights soil 15.7 kN/m^3" in " ".join(written.getvalue().split())
     labels = [handle.label.split("\n")[0] for handle in legend_handles(setup)]
     assert labels.count("pipe") == 1
+
+
+def test_a_free_body_without_a_load_is_named_where_the_start_has_no_equilibrium(
+    tmp_path: Path,
+) -> None:
+    """The pipe touches clay that cannot bear its own weight between free sides."""
+    soil = material_entries("tresca", density=0.1, undrained_shear_strength=0.001)
+    given = with_pipe(displacement={"x": 0.0}, force={"y": -0.1})
+    given["rigid_bodies"][0].update(
+        geometry={**PIPE["geometry"], "centre": [1.0, 2.5]}, centre=[1.0, 2.5]
+    )
+    load = {**weight("plane_strain", 10.0), "factor": [[0, 1], [1, 1]]}
+    initial = {"stress": [{"type": "gravity", "body": "block"}]}
+    given = {**given, "materials": {"soil": soil}, "loads": [load], "initial": initial}
+    given["boundaries"] = rollers("plane_strain", sides=False)
+    with pytest.raises(AnalysisFailed) as failure:
+        run(Model.from_dict({**given, "output": {"report": False}}), tmp_path / "out", quiet=True)
+    assert "the rigid body 'pipe' is free to move" in failure.value.remedy

@@ -172,6 +172,7 @@ def _refused(part: MaterialPoints, point: int, key: str, problem: str) -> BadInp
     return BadInput(
         f"the starting stress {problem} ({body.law.name}) at {place_text(part.position[point])}: "
         f"[{stress}], xx yy zz xy yz xz",
-        "change the stress or the strength; tension is positive",
+        "change the stress or the strength, or check their units, also that of the density: weight "
+        "is density times acceleration; tension is positive",
         key=key,
     )
