@@ -208,25 +208,24 @@ def square_footings() -> tuple[Figure, Figure]:
 
 
 MAKERS: dict[tuple[str, ...], Callable[[], Figure | tuple[Figure, ...]]] = {
-    ("1",): slope,
-    ("4",): moving_footing,
-    ("6",): cantilever,
-    ("7",): softer_cantilevers,
-    ("8", "9"): square_footings,
+    ("figure_1.png",): slope,
+    ("figure_4.png",): moving_footing,
+    ("figure_6.png",): cantilever,
+    ("figure_7.png",): softer_cantilevers,
+    ("figure_8.png", "figure_9.png"): square_footings,
 }
 
 
 def main() -> None:
     """Writes the figures with the numbers given, all without."""
-    chosen = sys.argv[1:] or [number for numbers in MAKERS for number in numbers]
-    for numbers, make in MAKERS.items():
-        if not set(numbers) & set(chosen):
+    chosen = {f"figure_{number}.png" for number in sys.argv[1:]}
+    for names, make in MAKERS.items():
+        if chosen and not chosen & set(names):
             continue
         made = make()
-        for number, figure in zip(
-            numbers, made if isinstance(made, tuple) else (made,), strict=True
-        ):
-            figure.savefig(FIGURES / f"figure_{number}.png", dpi=130)
+        figures = made if isinstance(made, tuple) else (made,)
+        for name, figure in zip(names, figures, strict=True):
+            figure.savefig(FIGURES / name, dpi=130)
 
 
 if __name__ == "__main__":

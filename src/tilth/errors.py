@@ -162,7 +162,10 @@ class BadInput(TilthError):
 
 
 def shown(value: Any, width: int = 80) -> str:
-    """Returns `value` as a case file would write it, on one line, shortened to `width`."""
+    """Returns `value` as a case file would write it, on one line, shortened to `width`.
+
+    Of a text the middle is left out: a path ends with the name of the file.
+    """
     try:
         text = json.dumps(value, ensure_ascii=False)
     except (TypeError, ValueError, RecursionError):
@@ -170,7 +173,11 @@ def shown(value: Any, width: int = 80) -> str:
             text = " ".join(repr(value).split())
         except (ValueError, RecursionError):  # too many digits, or too many levels
             text = "..."
-    return text if len(text) <= width else text[: width - 4] + " ..."
+    if len(text) <= width:
+        return text
+    if isinstance(value, str):
+        return f"{text[: (width + 1) // 2 - 5]} ... {text[-(width // 2) :]}"
+    return text[: width - 4] + " ..."
 
 
 class StepFailed(TilthError):
