@@ -76,6 +76,9 @@ FUNCTION = {"type": "function", "function": "shape.py:distance"}
 STL = {"type": "stl", "file": "blade.stl", "soil": "outside"}
 
 
+MESH = {"type": "mesh", "file": "wall.msh", "group": "wall", "soil": "right"}
+
+
 def boundary(geometry: dict[str, Any] = PLANE, **entries: Any) -> dict[str, Any]:
     """An implicit boundary as a case file would declare it."""
     return {

@@ -20,6 +20,7 @@ from implicit_entries import (
     CYLINDER,
     FOOTING,
     FUNCTION,
+    MESH,
     PLANE,
     PLATE,
     POLYLINE,
@@ -49,6 +50,7 @@ DECLARED = {
     "plane": PLANE, "circle": CIRCLE, "cylinder": CYLINDER, "sphere": SPHERE, "polyline": POLYLINE,
     "spline": SPLINE, "box": BOX, "cuboid": CUBE, "footing": FOOTING, "slab": SLAB,
     "function": FUNCTION, "stl": STL, "plate": PLATE, "blade": BLADE, "wedge": WEDGE, "cone": CONE,
+    "mesh": MESH,
 }  # fmt: skip
 """At least one of each type, as a case file declares them."""
 
@@ -60,6 +62,13 @@ def made(given: dict[str, Any], folder: Path) -> Geometry:
     number = {tuple(point): i for i, point in enumerate(points.tolist())}
     cells = [[number[tuple(corner)] for corner in triangle] for triangle in TETRAHEDRON]
     meshio.write_points_cells(folder / "blade.stl", points, [("triangle", np.array(cells))])
+    line = meshio.Mesh(
+        np.array([[-1.0, 0, 0], [0.2, 0.3, 0], [1.2, 0, 0]]),
+        [("line", np.array([[1, 0], [1, 2]]))],
+        cell_data={"gmsh:physical": [np.ones(2, int)], "gmsh:geometrical": [np.ones(2, int)]},
+        field_data={"wall": np.array([1, 1])},
+    )
+    line.write(folder / "wall.msh", file_format="gmsh22", binary=False)
     for key in ("file", "function"):
         if key in given:
             given = {**given, key: f"{folder}/{given[key]}"}

@@ -14,6 +14,7 @@ from tilth.model import (
     Contact,
     FootingGeometry,
     ImplicitBoundary,
+    MeshGeometry,
     Model,
     PolylineGeometry,
     RigidBody,
@@ -50,6 +51,7 @@ def contact_warnings(model: Model) -> Iterator[tuple[str, str]]:
                     'with soil = "both"), a thicker one or smaller cells',
                 )
             line = isinstance(shape, PolylineGeometry) and not shape.closed
+            line |= isinstance(shape, MeshGeometry) and shape.soil in ("left", "right")
             if (line and not shape.has_two_sides) or isinstance(shape, FootingGeometry):
                 yield (
                     f"one side of {key}",

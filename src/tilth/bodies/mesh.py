@@ -3,11 +3,9 @@
 
 from __future__ import annotations
 
-import importlib
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,8 +13,10 @@ import numpy.typing as npt
 from tilth.arrays import Floats
 from tilth.bodies.block import Block
 from tilth.bodies.elements import ELEMENTS
+from tilth.bodies.gmsh_file import FLATNESS_TOLERANCE, group_names, group_tags, read_gmsh
 from tilth.bodies.request import BodyPoints, Request
 from tilth.bodies.tiling import spacing_of, tile_points
+from tilth.errors import BadInput
 from tilth.model.shape_base import Bounds
 
 # Elements with a volume below this fraction of their longest extent to the power d are degenerate.
@@ -161,23 +161,7 @@ def read_mesh(file: Path, dimension: int, request: Request) -> list[Block]:
 
     Raises BadInput for a file that cannot be read or contains no such elements of first order.
     """
-    meshio = _meshio(request)
-    if not file.is_file():
-        raise _file_error(file, "there is no such file", "check the name and the folder", request)
-    try:
-        mesh = meshio.gmsh.read(file)
-    except (
-        meshio.ReadError,
-        OSError,
-        ValueError,
-        KeyError,
-        IndexError,
-        EOFError,
-        AssertionError,
-    ) as error:
-        reason = str(error) or "it is not in that format, or not complete"
-        problem = f"cannot be read as a Gmsh mesh: {reason}"
-        raise _file_error(file, problem, "save it from Gmsh as a .msh file", request) from error
+    mesh = read_gmsh(file, lambda problem, remedy: _file_error(file, problem, remedy, request))
     higher = [c.type for c in mesh.cells if c.dim == dimension and c.type not in ELEMENTS]
     if higher or any(c.dim > dimension for c in mesh.cells):
         found = higher or sorted({c.type for c in mesh.cells if c.dim > dimension})
@@ -196,7 +180,7 @@ def read_mesh(file: Path, dimension: int, request: Request) -> list[Block]:
     points = np.asarray(mesh.points, dtype=float)
     if dimension == 2 and points.shape[1] == 3:
         height = points[np.unique(np.concatenate([c.data.ravel() for c in cells])), 2]
-        if np.ptp(height) > DEGENERACY_TOLERANCE * np.ptp(points[:, :2]):
+        if np.ptp(height) > FLATNESS_TOLERANCE * np.ptp(points[:, :2]):
             raise _file_error(
                 file,
                 f"is not flat: z runs from {height.min():.6g} to {height.max():.6g}",
@@ -204,8 +188,8 @@ def read_mesh(file: Path, dimension: int, request: Request) -> list[Block]:
                 request,
             )
     blocks: list[Block] = []
-    names = _group_names(mesh, dimension)
-    for c, tag in zip(mesh.cells, _group_tags(mesh), strict=True):
+    names = group_names(mesh, dimension)
+    for c, tag in zip(mesh.cells, group_tags(mesh), strict=True):
         if c.dim != dimension or len(c.data) == 0:
             continue
         element = ELEMENTS[c.type]
@@ -216,24 +200,7 @@ def read_mesh(file: Path, dimension: int, request: Request) -> list[Block]:
     return blocks
 
 
-def _group_names(mesh: Any, dimension: int) -> dict[int, str]:
-    """Returns the names of the physical groups of this dimension by tag; no name is the tag."""
-    named = {
-        int(tag): str(name) for name, (tag, dim) in mesh.field_data.items() if dim == dimension
-    }
-    tags = np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *_group_tags(mesh)]))
-    return {int(tag): str(tag) for tag in tags if tag != 0} | named
-
-
-def _group_tags(mesh: Any) -> list[npt.NDArray[np.int64]]:
-    """Returns the tags of the elements' physical groups, 0 for none, for each block of the file."""
-    found = mesh.cell_data.get("gmsh:physical")
-    if found is None:
-        return [np.zeros(len(c.data), dtype=np.int64) for c in mesh.cells]
-    return [np.asarray(tags, dtype=np.int64) for tags in found]
-
-
-def _file_error(file: Path, problem: str, remedy: str, request: Request) -> Exception:
+def _file_error(file: Path, problem: str, remedy: str, request: Request) -> BadInput:
     """Returns the error to raise for the file."""
     return request.refused(problem, remedy, "shape.file", str(file))
 
@@ -241,14 +208,3 @@ def _file_error(file: Path, problem: str, remedy: str, request: Request) -> Exce
 def _usable(dimension: int) -> str:
     """Returns the names of the supported elements."""
     return {2: "triangles or quadrilaterals", 3: "tetrahedra or hexahedra"}[dimension]
-
-
-def _meshio(request: Request) -> Any:
-    """Returns the module meshio; refuses the mesh if it is not installed."""
-    try:
-        return importlib.import_module("meshio")
-    except ModuleNotFoundError as error:
-        raise request.refused(
-            "a mesh needs the package meshio, which is not installed",
-            "install it with `pip install meshio`",
-        ) from error

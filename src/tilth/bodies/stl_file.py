@@ -33,7 +33,7 @@ def closed_surface(corner: Floats) -> tuple[Floats, Integers, float]:
             else "has coordinates that are not finite numbers",
             "save the surface of a body as triangles",
         )
-    vertex, node = _merged(corner)
+    vertex, node = merged(corner)
     node = node[(node != np.roll(node, 1, axis=1)).all(axis=1)]
     problem = _not_closed(node, vertex)
     if problem:
@@ -80,21 +80,22 @@ def read_stl(file: Path, key: str) -> Floats:
         ) from error
 
 
-def _merged(corner: Floats) -> tuple[Floats, Integers]:
-    """Returns the distinct vertices (m, 3) of triangles (n, 3, 3), and their numbers (n, 3)."""
+def merged(corner: Floats, relative: float = MERGE_TOLERANCE) -> tuple[Floats, Integers]:
+    """Returns the distinct vertices (m, d) of elements (n, k, d), and their numbers (n, k).
+
+    relative: distance below which two are one, relative to the largest extent or coordinate.
+    """
     from scipy.sparse import coo_array  # take 0.2 s: only where there is such a surface
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
 
-    vertex, node = np.unique(corner.reshape(-1, 3), axis=0, return_inverse=True)
-    tolerance = MERGE_TOLERANCE * max(
-        float(np.ptp(vertex, axis=0).max()), float(np.abs(vertex).max())
-    )
+    vertex, node = np.unique(corner.reshape(-1, corner.shape[2]), axis=0, return_inverse=True)
+    tolerance = relative * max(float(np.ptp(vertex, axis=0).max()), float(np.abs(vertex).max()))
     pairs = cKDTree(vertex).query_pairs(tolerance, output_type="ndarray")
     links = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), 2 * (len(vertex),))
     _, group = connected_components(links, directed=False)
     _, first, number = np.unique(group, return_index=True, return_inverse=True)
-    return vertex[first], number[node].reshape(-1, 3).astype(np.int64)
+    return vertex[first], number[node].reshape(corner.shape[:2]).astype(np.int64)
 
 
 def _not_closed(node: Integers, vertex: Floats) -> str:

@@ -18,6 +18,7 @@ from tilth.geometry.box import Box
 from tilth.geometry.cone import Cone, section
 from tilth.geometry.footing import Footing
 from tilth.geometry.level_set import LevelSet
+from tilth.geometry.mesh_group import group_line, group_surface
 from tilth.geometry.plane import Plane
 from tilth.geometry.polyline import Polyline
 from tilth.geometry.protocol import Geometry
@@ -134,6 +135,19 @@ def _stl(stl: declared.StlGeometry, model: Model, key: str) -> Geometry:
     return TriangleMesh.from_file(stl.file, stl.soil, key=f"{key}.file")
 
 
+def _mesh(mesh: declared.MeshGeometry, model: Model, key: str) -> Geometry:
+    if model.dimension == 3:
+        return group_surface(mesh.file, mesh.group, mesh.soil, key)
+    line, closed = group_line(mesh.file, mesh.group, key)
+    sides = ("inside", "outside", "both") if closed else ("left", "right", "both")
+    if mesh.soil not in sides:
+        what = f"is no side of the {'closed' if closed else 'open'} line of {mesh.group!r}"
+        remedy = f"give {', '.join(repr(side) for side in sides)}".replace("'", '"')
+        raise BadInput(what, remedy, key=f"{key}.soil", value=mesh.soil)
+    made = Polyline(line, closed, mesh.soil not in ("right", "outside"))
+    return BothSides(made) if mesh.has_two_sides else made
+
+
 GEOMETRIES: dict[type[DeclaredGeometry], Callable[[Any, Model, str], Geometry]] = {
     declared.PlaneGeometry: _plane,
     declared.CircleGeometry: _circle,
@@ -144,6 +158,7 @@ GEOMETRIES: dict[type[DeclaredGeometry], Callable[[Any, Model, str], Geometry]] 
     declared.BoxGeometry: _box,
     declared.FunctionGeometry: _function,
     declared.StlGeometry: _stl,
+    declared.MeshGeometry: _mesh,
     declared.FootingGeometry: _footing,
     declared.PlateGeometry: _plate,
     declared.ConeGeometry: _cone,

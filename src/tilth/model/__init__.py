@@ -28,6 +28,7 @@ from tilth.model.geometry import ConeGeometry as ConeGeometry
 from tilth.model.geometry import CylinderGeometry as CylinderGeometry
 from tilth.model.geometry import FootingGeometry as FootingGeometry
 from tilth.model.geometry import FunctionGeometry as FunctionGeometry
+from tilth.model.geometry import MeshGeometry as MeshGeometry
 from tilth.model.geometry import PlaneGeometry as PlaneGeometry
 from tilth.model.geometry import PlateGeometry as PlateGeometry
 from tilth.model.geometry import PolylineGeometry as PolylineGeometry

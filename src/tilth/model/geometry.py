@@ -23,6 +23,7 @@ from tilth.model.fields import (
     FileName,
     Flag,
     Matrix,
+    Name,
     Positive,
     PythonFunction,
     Vector,
@@ -320,6 +321,38 @@ class StlGeometry(DeclaredGeometry):
     """Path of the .stl file, relative to the case file."""
     soil: Literal["inside", "outside"]
     """Whether the soil is inside or outside."""
+
+
+class MeshGeometry(DeclaredGeometry):
+    """Line (2D) or closed surface (3D) given by a physical group of a Gmsh mesh.
+
+    In 2D the line elements of the group must form one line, open or closed; in 3D its triangles one
+    closed surface. Their directions in the file do not matter.
+    """
+
+    dimensions = (2, 3)
+
+    type: Literal["mesh"] = "mesh"
+    file: FileName
+    """Path of the .msh file, relative to the case file."""
+    group: Name
+    """Name of the physical group of lines (2D) or triangles (3D); the number of one without."""
+    soil: Literal["inside", "outside", "left", "right", "both"]
+    """Side of the soil: "inside" or "outside" of a closed line or surface; "left" or "right" of an
+    open line, looking along it from its end of least x (of least y if both have the same x), so
+    that "left" is above the surface of the ground; in 2D also "both", for a thin plate.
+    """
+
+    def size_problems(self, dimension: int) -> Iterator[Problem]:
+        """As `DeclaredGeometry.size_problems`."""
+        if dimension == 3 and self.soil not in ("inside", "outside"):
+            remedy = 'give "inside" or "outside"'
+            yield Problem("soil", "is no side of a closed surface", remedy, self.soil)
+
+    @property
+    def has_two_sides(self) -> bool:
+        """As `DeclaredGeometry.has_two_sides`."""
+        return self.soil == "both"
 
 
 GEOMETRIES: tuple[type[DeclaredGeometry], ...] = tuple(
