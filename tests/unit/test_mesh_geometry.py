@@ -180,6 +180,15 @@ def test_files_that_cannot_be_read(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     file.write_text("nonsense", encoding="utf-8")
     assert "cannot be read as a Gmsh mesh" in refusal(str(file))
 
+    entities = "0 2 0 0\n" + "".join(f"{i} 0 0 0 1 0 0 {g} 0\n" for i, g in ((1, "1 5"), (2, "0")))
+    file.write_text(
+        "$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Entities\n" + entities + "$EndEntities\n"
+        "$Nodes\n1 3 1 3\n1 1 0 3\n1\n2\n3\n0 0 0\n1 0 0\n2 0 0\n$EndNodes\n"
+        "$Elements\n2 2 1 2\n1 1 1 1\n1 1 2\n1 2 1 1\n2 2 3\n$EndElements\n",
+        encoding="utf-8",
+    )
+    assert "without Mesh.SaveAll" in refusal(str(file), "5")
+
     def missing(name: str) -> Any:
         raise ModuleNotFoundError(name)
 

@@ -44,8 +44,14 @@ def read_gmsh(file: Path, refused: Callable[[str, str], BadInput]) -> Any:
         AssertionError,
     ) as error:
         reason = str(error) or "it is not in that format, or not complete"
-        problem = f"cannot be read as a Gmsh mesh: {reason}"
-        raise refused(problem, "save it from Gmsh as a .msh file") from error
+        problem, remedy = (
+            f"cannot be read as a Gmsh mesh: {reason}",
+            "save it from Gmsh as a .msh file",
+        )
+        if "gmsh:physical" in reason:  # format 4.1, saved with all elements
+            problem = "cannot be read: some of its elements are in a physical group, others in none"
+            remedy = "save it without Mesh.SaveAll, or in format 2.2 (Mesh.MshFileVersion)"
+        raise refused(problem, remedy) from error
 
 
 def group_names(mesh: Any, dimension: int) -> dict[int, str]:
