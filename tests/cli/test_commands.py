@@ -266,6 +266,7 @@ shape = { type = "box", lower = [-1, 1], upper = [2, 4] }
 """
 
 
+@pytest.mark.slow
 def test_check_lists_and_draws_stages(tilth: Tilth, case: Case, tmp_path: Path) -> None:
     file = case(("[schedule]\nsteps = 2\n", STAGES))
     checked = tilth("check", file)
@@ -353,6 +354,7 @@ def test_a_full_disk_is_no_bug(tilth: Tilth, case: Case, analysis: Any) -> None:
     Path(outcome.err.split()[-1]).unlink()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("unbuffered", [True, False])
 def test_a_reader_that_ends_early_is_no_bug(case: Case, unbuffered: bool) -> None:
     """As in `tilth check CASE.toml | head -0`."""

@@ -35,6 +35,7 @@ def completed(folder: Path, words: str) -> list[str]:
     return process.stdout.split()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("words", "offered"),
     [

@@ -133,6 +133,7 @@ def test_earlier_results_are_protected_and_replaced_as_a_whole(
     assert names(out) == slow | {"notes.csv"}, "only what the tests wrote is removed"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", ["", "{", '{"a": 1}', '["../clay.toml", "../case.csv", 3]'])
 def test_a_damaged_list_removes_nothing(tilth, element_case, tmp_path: Path, text: str) -> None:
     case, out = element_case(), tmp_path / "results"

@@ -229,6 +229,7 @@ for megabytes in range(1, 80, 6):
 """The fewest megabytes fail before the parallel loop, more of them in a thread of it."""
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs Linux' list of sizes")
 def test_failed_allocation_in_a_parallel_loop_is_a_memory_error() -> None:
     done = subprocess.run(

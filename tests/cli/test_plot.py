@@ -4,9 +4,12 @@
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
+
 from .conftest import Outcome
 
 
+@pytest.mark.slow
 def test_pictures_are_written_and_wrong_names_refused(
     tilth: Callable[..., Outcome], case: Callable[..., Path], tmp_path: Path
 ) -> None:

@@ -65,6 +65,7 @@ def test_safety_of_a_case(tilth: Tilth, case: Case, tmp_path: Path) -> None:
     assert not [name for name in FILES if name.startswith("safety") and (folder / name).exists()]
 
 
+@pytest.mark.slow
 def test_safety_from_python(case: Case, tmp_path: Path) -> None:
     model = library.load_case(case(STRONGER))
     unstored = model.model_copy(

@@ -44,6 +44,7 @@ def test_derivatives(kind: str, law: str, basis: str, monkeypatch: pytest.Monkey
     assert branches_compared(balance, term) == ONLY.get(law, {"open", "slip", "stick"})
 
 
+@pytest.mark.slow
 @every_kind
 @every_law
 def test_forces_on_both_bodies_are_opposite(

@@ -47,6 +47,7 @@ def test_derivatives(kind: str, law: str, monkeypatch: pytest.MonkeyPatch) -> No
     assert seen == BRANCHES.get(law, {"open", "slip", "stick"})
 
 
+@pytest.mark.slow
 @every_kind
 @pytest.mark.parametrize("basis", ["cpdi1", "cpdi2"])
 def test_derivatives_on_domains_with_corners(
@@ -58,6 +59,7 @@ def test_derivatives_on_domains_with_corners(
     assert "stick" in branches_compared(*next_contact(simulation, 0.25, 0.5, monkeypatch))
 
 
+@pytest.mark.slow
 @every_kind
 @every_law
 def test_results_do_not_depend_on_the_units(
@@ -89,6 +91,7 @@ def test_results_do_not_depend_on_the_units(
     assert other.active.nodes == one.active.nodes
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["plane_strain", "3d"])
 @every_law
 def test_soil_that_moves_with_the_body_does_not_slip(
@@ -120,6 +123,7 @@ def test_soil_that_moves_with_the_body_does_not_slip(
         )
 
 
+@pytest.mark.slow
 @every_kind
 @every_law
 @pytest.mark.parametrize("way", [FREE, DRIVEN])
@@ -151,6 +155,7 @@ def test_action_is_reaction(kind: str, law: str, way: str) -> None:
             np.testing.assert_allclose(left[moving._axis], held, rtol=0, atol=1e-8 * size)
 
 
+@pytest.mark.slow
 @every_law
 @pytest.mark.parametrize("way", [FREE, DRIVEN])
 def test_forces_turn_with_soil_and_body(law: str, way: str) -> None:

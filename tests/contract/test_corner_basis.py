@@ -91,6 +91,7 @@ def faces_of(dim: int) -> list[tuple[int, ...]]:
     return [tuple(np.flatnonzero(side[:, k] == end)) for k in range(dim) for end in (-1.0, 1.0)]
 
 
+@pytest.mark.slow
 @every_dim
 @pytest.mark.parametrize("warp", [0.0, 0.12])
 def test_gradient_is_the_contour_integral_over_the_domain(dim: int, warp: float) -> None:

@@ -103,6 +103,7 @@ def damping_ratio(value: Floats) -> float:
     return float(decrement / np.sqrt(1.0 + decrement**2))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("mass", "stiffness"), [(0.0, 0.05), (0.05, 0.0), (0.03, 0.02)])
 def test_a_bar_has_its_damping_ratio(mass: float, stiffness: float) -> None:
     """Of the first mode: mass / (2 omega) + stiffness omega / 2, within 1 % at 80 steps."""

@@ -62,6 +62,7 @@ def assert_close(one: Floats, other: Floats, tolerance: float) -> None:
 # --- the tangent -----------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @every_kind
 @every_basis
 @every_material
@@ -145,6 +146,7 @@ def test_one_point_per_cell_is_the_standard_method(kind: str, material: str) -> 
         assert_close(f_bar, standard, 1e-13)
 
 
+@pytest.mark.slow
 @every_kind
 @every_basis
 @every_material

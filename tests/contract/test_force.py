@@ -88,6 +88,7 @@ def energy_balance(kind: str, basis: str, material: str, steps: int) -> tuple[fl
     return work, laboratory.points.stored_energy() - at_start, dissipated
 
 
+@pytest.mark.slow
 @every_kind
 @every_basis
 @every_material

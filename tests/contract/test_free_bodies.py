@@ -25,6 +25,7 @@ def entries_of(kind: str, **changed: object) -> dict[str, object]:
     return falling(kind, **((SMALL if kind == "3d" else {}) | changed))  # type: ignore[arg-type]
 
 
+@pytest.mark.slow
 @every_kind
 def test_derivatives_with_inertia(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of nodal forces and of the body's equations of motion, by nodes and the body's motion."""
@@ -35,6 +36,7 @@ def test_derivatives_with_inertia(kind: str, monkeypatch: pytest.MonkeyPatch) ->
     assert branches_compared(balance, term) & {"stick", "slip"}
 
 
+@pytest.mark.slow
 @every_kind
 def test_a_restored_state_goes_on_with_the_same_bits(kind: str) -> None:
     """Soil and body, in the air and in contact."""
@@ -51,6 +53,7 @@ def test_a_restored_state_goes_on_with_the_same_bits(kind: str) -> None:
             np.testing.assert_array_equal(other.bodies[0].state()[name], value, err_msg=name)
 
 
+@pytest.mark.slow
 def test_a_stopped_run_goes_on_with_the_same_bits(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -68,6 +71,7 @@ def test_a_stopped_run_goes_on_with_the_same_bits(
     assert_same_results(tmp_path / "whole", tmp_path / "stopped")
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("every_loop_in_parallel")
 @every_kind
 def test_same_bits_for_any_number_of_threads(kind: str) -> None:
@@ -83,6 +87,7 @@ def test_same_bits_for_any_number_of_threads(kind: str) -> None:
             np.testing.assert_array_equal(each.bodies[0].state()[name], value, err_msg=name)
 
 
+@pytest.mark.slow
 @every_kind
 def test_results_do_not_depend_on_the_units(kind: str) -> None:
     """Powers of 2, for the soil ends on the grid's lines."""
@@ -208,6 +213,7 @@ def test_an_impact_on_elastic_soil_gains_no_energy(rho: float) -> None:
     assert max(totals) < 1.02 * start
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("strength", [5e3, None])
 def test_the_soil_gets_the_energy_that_the_body_loses(strength: float | None) -> None:
     """But for that of the impacts, h^2 F^2 / (2 m) in a step, which Moreau's time stepping loses.

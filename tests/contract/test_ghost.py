@@ -194,6 +194,7 @@ def test_cells_hold_the_volume_of_the_points(kind: str, basis: str, spacing: str
     assert total == pytest.approx(simulation.points.initial_volume.sum(), rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["plane_strain", "3d"])
 @every_basis
 def test_condition_is_bounded_as_a_block_moves_through_a_cell(kind: str, basis: str) -> None:

@@ -39,6 +39,7 @@ def random_shifts(count: int, dim: int) -> Floats:
     return shifts
 
 
+@pytest.mark.slow
 @every_angle
 @every_form
 @every_spacing
@@ -64,6 +65,7 @@ BESIDE_THE_AXES = [
 ]
 
 
+@pytest.mark.slow
 @every_form
 @every_spacing
 @pytest.mark.parametrize(("kind", "shift"), BESIDE_THE_AXES)
@@ -113,6 +115,7 @@ def test_a_side_on_a_grid_line_beside_a_cell_without_points(along: int, over: fl
     assert stress_error(model, STRETCH[:2], 0.0, initial_points(model)).max() < 2.0 * DELTA
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("basis", BASES)
 def test_error_of_ordinary_points_falls_with_their_number(basis: str) -> None:
     """Part (c): points on the body's lattice do not integrate cut cells; more of them do better."""

@@ -242,6 +242,7 @@ STEPS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("basis", "kind", "condition", "form", "motion", "spacing"), STEPS)
 def test_matrix_of_a_step_is_the_derivative_of_its_force(
     basis: str,

@@ -117,6 +117,7 @@ def test_the_stiffness_of_inertia_is_the_derivative_of_its_force(
     np.testing.assert_allclose(product, difference, rtol=0, atol=1e-9 * np.abs(difference).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("basis", BASES)
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize(
@@ -139,6 +140,7 @@ def test_free_fall_is_exact(kind: str, basis: str, inertia: dict[str, Any], spac
     assert np.abs(points.stress).max() < 1e-4 * 1e3 * GRAVITY
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("basis", BASES)
 @pytest.mark.parametrize("kind", ["plane_strain", "3d"])
 @pytest.mark.parametrize("spacing", SPACINGS)

@@ -240,6 +240,7 @@ def test_state_variables_have_names_units_and_initial_values(material: str) -> N
     assert np.isfinite(initial_state(material)).all()
 
 
+@pytest.mark.slow
 @every_material
 def test_dissipation_is_not_negative(material: str) -> None:
     random = np.random.default_rng(3)

@@ -168,6 +168,7 @@ def test_first_step_between_moving_planes(
         assert force == pytest.approx(stress[0, 1] * area, rel=1e-11)
 
 
+@pytest.mark.slow
 @every_kind
 @every_basis
 @every_spacing
@@ -223,6 +224,7 @@ def test_affine_drive_over_many_steps(kind: str, basis: str, spacing: str, path:
     assert np.abs(cells_after - cells_before).max() >= 3
 
 
+@pytest.mark.slow
 @every_kind
 @every_basis
 @every_material

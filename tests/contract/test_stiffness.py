@@ -39,6 +39,7 @@ def derivative_error(
 STEPS = (1e-4, 1e-5, 1e-6)
 
 
+@pytest.mark.slow
 @every_kind
 @every_basis
 @every_material
@@ -117,6 +118,7 @@ def test_stiffness_near_the_axis(basis: str, material: str, radius: float) -> No
     assert derivative_error(laboratory, centre, direction, STEPS) < 1e-7
 
 
+@pytest.mark.slow
 @every_kind
 @every_basis
 @every_material

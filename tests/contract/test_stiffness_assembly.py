@@ -93,6 +93,7 @@ def clusters(stencil: Stencil) -> list[list[frozenset[int]]]:
     ]
 
 
+@pytest.mark.slow
 @every_cut_basis
 @pytest.mark.parametrize("material", ["hencky_elastic", "von_mises", "mohr_coulomb"])
 def test_sum_over_points(kind: str, basis: str, material: str) -> None:

@@ -154,6 +154,7 @@ def test_stiffness_is_the_derivative_of_the_force(
     np.testing.assert_allclose(found, difference, rtol=0, atol=share * size + 10.0 * round_off)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("name", TERMS)
 def test_results_do_not_depend_on_the_units(

@@ -181,6 +181,7 @@ def uniaxial_stress(material: str) -> tuple[float, float]:
     return kirchhoff / np.exp(axial + 2.0 * radial), radial
 
 
+@pytest.mark.slow
 @every_basis
 @pytest.mark.parametrize("material", STEP_MATERIALS)
 @every_method

@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from gmsh_session import gmsh_session
 from mesh_bodies import write
 
 from tilth.bodies import discretise
@@ -143,9 +144,7 @@ def test_clockwise_mesh_is_the_same_body(tmp_path):
 
 
 def test_mesh_in_3d_made_by_gmsh(tmp_path):
-    gmsh = pytest.importorskip("gmsh")
-    gmsh.initialize(interruptible=False)
-    try:
+    with gmsh_session() as gmsh:
         gmsh.option.setNumber("General.Terminal", 0)
         gmsh.option.setNumber("Mesh.MeshSizeMax", 0.6)
         gmsh.model.occ.addBox(0, 0, 0, 2, 1, 1.5)
@@ -155,8 +154,6 @@ def test_mesh_in_3d_made_by_gmsh(tmp_path):
         gmsh.model.mesh.clear()
         gmsh.model.mesh.generate(2)
         gmsh.write(str(tmp_path / "surface.msh"))
-    finally:
-        gmsh.finalize()
     result = points_of(tmp_path / "body.msh", kind="3d", spacing=0.2)
     assert math.fsum(result.volume) == pytest.approx(3.0, rel=1e-13)
     np.testing.assert_allclose(result.volume @ result.position / 3.0, [1.0, 0.5, 0.75], rtol=1e-12)

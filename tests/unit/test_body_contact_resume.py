@@ -13,6 +13,7 @@ from tilth import Model, resume, run
 from tilth.boundaries.contact.surface import NUMBERS
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["plane_strain", "axisymmetric", "3d"])
 def test_a_stopped_run_ends_in_the_same_bits(
     kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

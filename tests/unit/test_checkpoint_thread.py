@@ -160,6 +160,7 @@ def test_rows_are_on_the_disk_before_the_checkpoint_and_it_before_the_older_one_
     assert calls == ["rows", "content", "replaced", "names"] * seen
 
 
+@pytest.mark.slow
 def test_a_kill_at_any_checkpoint_leaves_a_run_that_can_be_resumed(
     model: Model, uninterrupted: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -85,6 +85,7 @@ COLUMNS = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("column", COLUMNS)
 def test_column_against_root_finding_and_quadrature(column):
     density, gravity, material = column.material.density, column.gravity, column.material

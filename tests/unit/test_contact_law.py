@@ -92,6 +92,7 @@ def test_tractions(
     assert sliding == (np.linalg.norm(found.slip[0]) == pytest.approx(1.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize(
     "given",

@@ -280,6 +280,7 @@ def test_quantities_that_are_not_of_the_boundary(asked: dict[str, Any], words: s
     assert words in str(caught.value)
 
 
+@pytest.mark.slow
 def test_run_writes_contact_and_resumes_to_the_same_bytes(tmp_path: Path) -> None:
     rough = {"normal": "unilateral", "tangential": "friction", "friction": 0.2}
     entries = problem(

@@ -25,6 +25,7 @@ def model_of(kind: str, law: str, way: str) -> Model:
     return Model.from_dict(entries)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["plane_strain", "axisymmetric", "3d"])
 @every_way
 def test_a_stopped_run_ends_in_the_same_bits(

@@ -86,6 +86,7 @@ def flat(values: np.ndarray) -> np.ndarray:
     return np.pad(rows, ((0, 0), (0, 1))) if plane else rows
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dim", [2, 3])
 @pytest.mark.parametrize("show", ["domains", "points"])
 def test_vtk_reads_every_output_to_the_last_bit(tmp_path: Path, dim: int, show: str) -> None:

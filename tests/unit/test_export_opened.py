@@ -13,6 +13,7 @@ from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
+from gmsh_session import gmsh_session
 from test_export import run_at
 
 import tilth
@@ -60,14 +61,9 @@ def test_meshio_reads_the_views_of_gmsh(tmp_path: Path, dim: int, show: Any) -> 
 
 
 def test_gmsh_opens_a_view_of_each_field_at_its_time(tmp_path: Path) -> None:
-    try:
-        import gmsh
-    except (ImportError, OSError) as error:  # it needs libraries of the screen
-        pytest.skip(str(error))
     run = run_at(tmp_path / "run", 2)
     export_run(run, "gmsh", tmp_path / "out", fields=["plastic_strain", "displacement"])
-    gmsh.initialize(interruptible=False)
-    try:
+    with gmsh_session() as gmsh:
         gmsh.option.setNumber("General.Verbosity", 0)
         gmsh.open(str(tmp_path / "out" / "output_0002.msh"))
         groups = {gmsh.model.getPhysicalName(*group) for group in gmsh.model.getPhysicalGroups()}
@@ -84,8 +80,6 @@ def test_gmsh_opens_a_view_of_each_field_at_its_time(tmp_path: Path) -> None:
         assert gmsh.view.option.getNumber(first, "Visible") == 1
         assert gmsh.view.option.getNumber(second, "Visible") == 0
         assert gmsh.option.getNumber("Mesh.SurfaceEdges") == 0
-    finally:
-        gmsh.finalize()
 
 
 @pytest.mark.parametrize("field", [None, "displacement", "displacement_y", "plastic_strain"])

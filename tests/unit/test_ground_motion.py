@@ -220,6 +220,7 @@ def staged_entries_of(record: Path) -> dict[str, Any]:
     return entries
 
 
+@pytest.mark.slow
 def test_stages_are_resumed_and_gone_on_from(tmp_path: Path) -> None:
     """Also in the middle of a record, which goes on in the next stage."""
     entries = staged_entries_of(written(tmp_path))

@@ -136,6 +136,7 @@ def test_checkpoint_holds_the_tractions(model: Model, tmp_path: Path) -> None:
         assert boundary.carried.tobytes() == arrays[f"boundary {number}.carried"].tobytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("threads", [1, 2])
 @pytest.mark.parametrize("step", [1, 4, 7])
 def test_resumed_after_a_step(
@@ -147,6 +148,7 @@ def test_resumed_after_a_step(
     assert_same(whole, contents(tmp_path / "out"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("basis", [basis for basis in BASES if basis != "gimp"])
 def test_resumed_with_other_bases(basis: str, tmp_path: Path) -> None:
     model = spreading("surface", basis)

@@ -99,6 +99,7 @@ def test_a_body_that_comes_later_falls_exactly() -> None:
     assert body.displacement[1] == pytest.approx(exact, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_stage_without_inertia_stops_what_moves(tmp_path: Path) -> None:
     """It says so; the soil then carries the weight, and nothing moves again later."""
     held = {"displacement": {"x": 0.0}, "rotation": 0.0}

@@ -52,6 +52,7 @@ def falling_block(kind: str, basis: str, material: str) -> dict[str, Any]:
     return {**entries, "units": {"time": "s"}, "schedule": schedule}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("material", MATERIALS)
 @pytest.mark.parametrize("basis", BASES)
 @pytest.mark.parametrize("kind", KINDS)

@@ -246,6 +246,7 @@ def _places(entries: object, path: tuple[str | int, ...] = ()) -> list[tuple[str
     return [path] * bool(path) + [p for k, v in children for p in _places(v, (*path, k))]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("place", _places(declared().to_dict()), ids=str)
 def test_any_value_anywhere_is_taken_or_refused_in_plain_words(
     place: tuple[str | int, ...],

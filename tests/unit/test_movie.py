@@ -82,6 +82,7 @@ def test_an_mp4_file_has_all_frames(tmp_path: Path) -> None:
     assert ffmpeg.count_frames_and_secs(str(path))[0] == 3
 
 
+@pytest.mark.slow
 def test_limits_and_colours_are_those_of_all_outputs(tmp_path: Path) -> None:
     run = PlottedRun.of(run_at(tmp_path / "run"))
     view = PlaneView(run, "field")
@@ -124,6 +125,7 @@ def test_a_long_body_is_to_scale_with_the_colour_bar_below(tmp_path: Path) -> No
     assert body[2] * size[0] > 6.5
 
 
+@pytest.mark.slow
 def test_boundaries_are_where_they_are_at_that_time(tmp_path: Path) -> None:
     plate = Surface(
         name="plate",

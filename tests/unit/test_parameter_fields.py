@@ -186,6 +186,7 @@ def test_youngs_modulus_by_the_initial_stress() -> None:
         parameter_values(material, position, "materials.sand", np.zeros((2, 6)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("distribution", ["normal", "lognormal"])
 @pytest.mark.parametrize("model", ["exponential", "gaussian"])
 def test_statistics_of_a_random_field(distribution: str, model: str) -> None:

@@ -31,6 +31,7 @@ def run_at(folder: Path, dim: int) -> Path:
     return folder
 
 
+@pytest.mark.slow
 def test_a_field_and_curves_are_written(tmp_path: Path) -> None:
     run = run_at(tmp_path / "a", 2)
     figure = field_figure(run, "displacement_y", values=(-1.0, 1.0))

@@ -34,6 +34,7 @@ def solved(
     return _core.project(start, column, matrix.data, 0.0, known, 1e-13, limit, right, x), x
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("columns", [4, 8, 12])
 @pytest.mark.parametrize("n", [1, 9, 80])
 def test_solution_with_known_components(n: int, columns: int) -> None:

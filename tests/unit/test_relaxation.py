@@ -133,6 +133,7 @@ def test_a_rigid_body_comes_to_rest_with_the_soil(
     assert found.force[1] == pytest.approx(expected.force[1], rel=2e-3)
 
 
+@pytest.mark.slow
 def test_a_collapse_is_gone_through(tmp_path: Path) -> None:
     """The last equilibrium carries the whole weight, beyond what was the limit load."""
     entries = cut()
@@ -180,6 +181,7 @@ def test_a_collapse_is_gone_through(tmp_path: Path) -> None:
     assert f"{share:.2g} %" in report
 
 
+@pytest.mark.slow
 def test_no_unit_matters() -> None:
     """The same steps and the same place in other units of length, stress and so of time."""
     one = marched(Model.from_dict(cut()))

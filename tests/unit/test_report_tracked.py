@@ -61,6 +61,7 @@ def test_lines_are_where_the_surfaces_are_and_were() -> None:
     assert texts(figure) == ["surface: top", "surface: hole", "surfaces at the start"]
 
 
+@pytest.mark.slow
 def test_the_start_is_named_where_it_is_drawn() -> None:
     first, last = (replace(frame(step), surfaces=frame(step).surfaces[:1]) for step in (0, 4))
     assert texts(draw_frames([last], "displacement", UNITS, initial=first)) == [
@@ -71,6 +72,7 @@ def test_the_start_is_named_where_it_is_drawn() -> None:
     assert texts(draw_frames([first, last], "displacement", UNITS)) == ["surface: top"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dim", [2, 3])
 def test_without_surfaces_the_pictures_stay_as_they_are(dim: int) -> None:
     first, last = snapshot(dim, 0), snapshot(dim, 4)
@@ -81,6 +83,7 @@ def test_without_surfaces_the_pictures_stay_as_they_are(dim: int) -> None:
     assert figure.axes[0].get_xlim() == plain.axes[0].get_xlim()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [1, 4])
 def test_long_names_stay_inside_the_picture(count: int) -> None:
     shapes = [
@@ -170,6 +173,7 @@ def test_the_setup_in_space_shows_the_surfaces_at_the_start() -> None:
     assert space.get_xlim()[0] < -2.0
 
 
+@pytest.mark.slow
 def test_the_report_of_a_folder_draws_its_surfaces(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -165,6 +165,7 @@ def scaled(problem: Problem) -> Model:
     return Model.from_dict({**problem.entries, "loads": [{**load, "acceleration": acceleration}]})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("given", [None, *CORNER_BASES])
 @pytest.mark.parametrize(
     "count", [FEW, pytest.param(MANY, marks=pytest.mark.long)], ids=["few", "many"]

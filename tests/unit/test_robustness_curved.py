@@ -50,6 +50,7 @@ def assert_sensible(problem: Problem, simulation: Simulation, results: list[Step
     assert rest < 1e-5 * size, f"{rest:g} of {size:g}: {problem.text}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("first", "count"),
     [

@@ -46,6 +46,7 @@ def between_plates(kind: str, basis: str, law: str) -> Model:
     return Model.from_dict(entries)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("basis", BASES)
 @pytest.mark.parametrize("law", list(SOILS))
@@ -66,6 +67,7 @@ def test_soils_between_implicit_boundaries_with_f_bar(kind: str, basis: str, law
     assert np.isfinite(simulation.points.stress).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", list(SOILS))
 def test_soils_with_multigrid(law: str) -> None:
     """The unsymmetric systems of soils: the same displacements as with a direct solver."""

@@ -52,6 +52,7 @@ def ground(**changed: Any) -> dict[str, Any]:
     return {**entries, **changed}
 
 
+@pytest.mark.slow
 def test_the_base_carries_what_acts_in_each_stage(tmp_path: Path) -> None:
     history = run(Model.from_dict(ground()), tmp_path / "out", quiet=True).history
     steps = np.array(history["step"]) > 0

@@ -229,6 +229,7 @@ def test_a_stage_without_any_support_is_refused() -> None:
     assert "(at the start of the stage 'dig')" in str(error)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_history_and_results_run_through(kind: str, tmp_path: Path) -> None:
     """The base carries the weight that is there, with the forces of walls and loads."""

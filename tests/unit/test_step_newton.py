@@ -64,6 +64,7 @@ def test_newton_converges_quadratically(kind: str, basis: str, material: str) ->
     assert_quadratic(residuals)
 
 
+@pytest.mark.slow
 @every_kind
 @every_basis
 @pytest.mark.parametrize("anti_locking", ["none", "f_bar"])
@@ -136,6 +137,7 @@ def test_line_search_finds_the_same_equilibrium() -> None:
     np.testing.assert_allclose(searching.points.position, plain.points.position, rtol=0, atol=1e-11)
 
 
+@pytest.mark.slow
 @every_kind
 @every_basis
 @pytest.mark.parametrize("material", STEP_MATERIALS)

@@ -181,6 +181,7 @@ def test_a_set_up_for_a_page_has_the_texts_of_that_of_matplotlib(counts: tuple[i
         assert panel.width > 20.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [1, 4, 6])
 def test_panels_of_a_page_lie_side_by_side_within_the_picture(count: int) -> None:
     frames = [snapshot(2, step) for step in range(count)]
@@ -227,6 +228,7 @@ def test_texts_of_the_user_are_no_markup() -> None:
     assert "<script" not in figure.svg()
 
 
+@pytest.mark.slow
 def test_the_report_of_a_plane_run_does_not_load_matplotlib(tmp_path: Path) -> None:
     write_run(tmp_path)
     (tmp_path / "model.json").write_text('{"analysis": {"kind": "plane_strain"}}')

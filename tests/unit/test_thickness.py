@@ -61,6 +61,7 @@ def counted(inside: Any, place: Floats, low: float, high: float) -> Floats:
     return np.array(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize(("low", "high"), [(-2.0, 3.5), (0.05, 0.45)])
 def test_thickness_is_what_is_inside(shape: Any, low: float, high: float) -> None:

@@ -62,6 +62,7 @@ def final_state(
     return simulation, solutions
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "basis", "material", "steps"),
     [
@@ -126,6 +127,7 @@ def test_the_command_says_how_threads_wait(
     assert environment == {}
 
 
+@pytest.mark.slow
 def test_the_command_sets_it_before_the_core_is_loaded() -> None:
     """GNU's OpenMP reads it then; `import tilth`, of all modules, leaves the process alone."""
     ask = """

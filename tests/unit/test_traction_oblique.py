@@ -32,6 +32,7 @@ def variation(boundary: Implicit) -> float:
     return float(np.sqrt(np.average((traction - mean) ** 2, weights=weight)) / abs(mean))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cell", [0.25, 0.125])
 @pytest.mark.parametrize("lower", LOWER)
 @pytest.mark.parametrize(("angle", "bound"), [(17.0, 0.02), (30.0, 0.02), (45.0, 0.04)])

@@ -93,6 +93,7 @@ def test_the_summary_has_the_unit_weights_and_the_picture_one_pipe() -> None:
     assert labels.count("pipe") == 1
 
 
+@pytest.mark.slow
 def test_a_free_body_without_a_load_is_named_where_the_start_has_no_equilibrium(
     tmp_path: Path,
 ) -> None:

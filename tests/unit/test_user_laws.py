@@ -49,6 +49,7 @@ def final(entries: dict[str, Any]) -> tuple[MaterialPoints, int]:
     return simulation.points, sum(step.equilibrium.iterations for step in found)
 
 
+@pytest.mark.slow
 @every_law
 @pytest.mark.parametrize(
     ("kind", "basis", "anti_locking"),
@@ -95,6 +96,7 @@ def updated(law: str, folder: Path, trial: Floats) -> tuple[Floats, Floats, Floa
     return stress, elastic, tangent
 
 
+@pytest.mark.slow
 @every_law
 def test_the_tangent_is_the_derivative_of_the_stress(law: str, tmp_path: Path) -> None:
     random = np.random.default_rng(4)

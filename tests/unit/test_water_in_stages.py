@@ -82,6 +82,7 @@ def test_water_that_comes_in_a_later_stage(tmp_path: Path) -> None:
     assert setup.water_at(4.0) is not None
 
 
+@pytest.mark.slow
 def test_going_on_from_a_stage_with_water_that_was_not_there(tmp_path: Path) -> None:
     """The outputs of the earlier stages get the fields of water."""
     dry = staged()
