@@ -20,6 +20,7 @@ from implicit_entries import (
     CYLINDER,
     FOOTING,
     FUNCTION,
+    MESH,
     PLANE,
     PLATE,
     POLYLINE,
@@ -37,7 +38,7 @@ from implicit_entries import (
 from tilth.model import ImplicitBoundary, Model
 from tilth.model.geometry import GEOMETRIES, BoxGeometry, CylinderGeometry, unit
 
-FLAT = [PLANE, CIRCLE, POLYLINE, SPLINE, BOX, FOOTING, PLATE, WEDGE, FUNCTION]
+FLAT = [PLANE, CIRCLE, POLYLINE, SPLINE, BOX, FOOTING, PLATE, WEDGE, FUNCTION, MESH]
 SOLID = [
     {**PLANE, "point": [0, 0, 0.1], "normal": [0, 1, 1]},
     CYLINDER,
