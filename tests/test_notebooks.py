@@ -24,9 +24,15 @@ LARGEST = 200_000
 
 
 def texts(notebook: Any) -> list[str]:
-    """What the cells print, without the pictures."""
-    outputs = [output for cell in notebook.cells for output in cell.get("outputs", ())]
-    found = [output.get("text") or output.get("data", {}).get("text/plain") for output in outputs]
+    """What each cell prints and shows, without the pictures.
+
+    What a cell prints may come in any number of pieces.
+    """
+    found: list[str] = []
+    for cell in notebook.cells:
+        outputs = cell.get("outputs", ())
+        found.append("".join(output.get("text", "") for output in outputs))
+        found += [output.get("data", {}).get("text/plain", "") for output in outputs]
     return [text for text in found if text and not text.startswith("<Figure")]
 
 
