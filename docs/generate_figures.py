@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
 import tilth
 from tilth.output.vtkhdf import Results, read_results
@@ -135,29 +136,25 @@ def moving_footing() -> Figure:
     return figure
 
 
-def _rectangle(lower: tuple[float, float], width: float, height: float) -> Any:
-    from matplotlib.patches import Rectangle
-
+def _rectangle(lower: tuple[float, float], width: float, height: float) -> Rectangle:
     return Rectangle(lower, width, height, facecolor="0.6", edgecolor="black", zorder=4)
+
+
+def _beam(modulus: float) -> tilth.Model:
+    """The beam under pressure on fine cells, with Young's modulus [Pa]."""
+    model = tilth.load_case(EXAMPLES / "pressure_cantilever" / "fine.toml")
+    return varied(model, {"materials.rubber.young_modulus": modulus})
 
 
 def cantilever() -> Figure:
     """Figure 6: the surface that carries a pressure, on the paper's grid and on a fine one."""
     case = tilth.load_case(EXAMPLES / "pressure_cantilever" / "case.toml")
-    fine = varied(tilth.load_case(EXAMPLES / "pressure_cantilever" / "fine.toml"), STIFF)
-    return surface_figure([case, fine])
+    return surface_figure([case, _beam(1e6)])
 
 
 def softer_cantilevers() -> Figure:
     """Figure 7: the same beam, stiff, softer and softest."""
-    model = tilth.load_case(EXAMPLES / "pressure_cantilever" / "fine.toml")
-    moduli = (1e6, 5e5, 2.5e5)
-    return surface_figure(
-        [varied(model, {"materials.rubber.young_modulus": modulus}) for modulus in moduli]
-    )
-
-
-STIFF = {"materials.rubber.young_modulus": 1e6}
+    return surface_figure([_beam(modulus) for modulus in (1e6, 5e5, 2.5e5)])
 
 
 def square_footings() -> tuple[Figure, Figure]:

@@ -101,10 +101,11 @@ class Result:
         time: float | None = None,
         *,
         show: Literal["field", "points", "domains"] = "field",
+        section: str | None = None,
         values: tuple[float, float] | None = None,
     ) -> Figure:
         """Returns the figure of a field over the deformed soil, see `RunResults.plot`."""
-        return self.results.plot(field, time, show=show, values=values)
+        return self.results.plot(field, time, show=show, section=section, values=values)
 
 
 @StopSignals()

@@ -9,9 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from tilth.arrays import Flags, Floats
-from tilth.bodies.inside import in_polygon
 from tilth.bodies.polygon import OUTLINE_TOLERANCE, area_and_centroid
 from tilth.bodies.request import BodyPoints, Request
+from tilth.model.crossings import in_polygon
 from tilth.model.holes import Disc, HoledShape, Ring
 from tilth.model.shape_base import DeclaredShape
 

@@ -18,6 +18,7 @@ from tilth.bodies.mesh import Elements
 from tilth.bodies.polyhedron import Polyhedron
 from tilth.bodies.terrain import HeightField
 from tilth.model import Box, Circle, Cylinder, Polygon, Sphere
+from tilth.model.crossings import in_polygon
 from tilth.model.shapes import DeclaredShape, side_signs
 
 Inside = Callable[[Floats], Flags]
@@ -56,17 +57,6 @@ def _in_box(shape: Box, position: Floats) -> Flags:
     own = (position - np.asarray(shape.lower)) @ np.array(shape.axes).T
     side = np.asarray(shape.upper) - np.asarray(shape.lower)
     return np.asarray(((own >= 0.0) & (own <= side)).all(axis=1))
-
-
-def in_polygon(start: Floats, position: Floats) -> Flags:
-    """Returns which positions (n, 2) are inside a polygon of vertices `start` (m, 2), (n,)."""
-    inside = np.zeros(len(position), dtype=bool)
-    x, y = position.T
-    for (x0, y0), (x1, y1) in zip(start, np.roll(start, -1, axis=0), strict=True):
-        if y0 != y1:
-            crosses = (y0 <= y) != (y1 <= y)
-            inside ^= crosses & (x < x0 + (y - y0) * (x1 - x0) / (y1 - y0))
-    return inside
 
 
 def _in_circle(shape: Circle, position: Floats) -> Flags:

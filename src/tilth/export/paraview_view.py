@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from importlib.resources import files
 from string import Template
 from typing import Any
@@ -15,7 +14,6 @@ from numpy.typing import NDArray
 from tilth.errors import BadInput
 from tilth.export.files import NewFolder
 from tilth.export.source import CORNERS, Source
-from tilth.output.folder import read_declared
 from tilth.output.snapshot import Snapshot
 from tilth.output.vtkhdf_layout import FAMILIES, block_names
 from tilth.plot.names import not_one_of
@@ -61,10 +59,7 @@ def _telling(
     source: Source, known: Mapping[str, tuple[str, str]]
 ) -> tuple[str, str, tuple[float, float]]:
     """Returns field, component and range of the first that varies: of the report, displacement."""
-    declared = ""
-    with suppress(BadInput, KeyError, TypeError):
-        declared = read_declared(source.results.path.parent)["output"]["colour_by"]
-    names = [name for name in (declared, "displacement") if name in known] or list(known)
+    names = [n for n in (source.colour_by, "displacement") if n in known] or list(known)
     ranges = [(*known[name], _range(source, *known[name])) for name in names]
     return next((each for each in ranges if each[2][0] < each[2][1]), ranges[-1])
 

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
@@ -12,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tilth.arrays import Floats, Integers
-from tilth.errors import BadInput
 from tilth.export.source import Source
 from tilth.output.snapshot import ContactShape, Snapshot, SurfaceShape
+from tilth.plot.extras import require_extra
 from tilth.report.domains import corners_of
 
 Show = Literal["domains", "points"]
@@ -106,10 +105,4 @@ def _surface(shape: SurfaceShape | ContactShape, family: str) -> Part:
 
 def meshio() -> Any:
     """Returns the package meshio; raises ``BadInput`` if it cannot be imported."""
-    try:
-        return importlib.import_module("meshio")
-    except ImportError as error:
-        raise BadInput(
-            f"the package meshio is needed to write meshes, and cannot be imported: {error}",
-            'install it with: pip install "tilth[mesh]" (or: pip install meshio)',
-        ) from error
+    return require_extra("meshio", "mesh")

@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 
 from tilth.arrays import Floats
 from tilth.errors import BadInput
-from tilth.output.folder import RESULTS, read_declared, require_folder
+from tilth.output.folder import read_declared
 from tilth.output.snapshot import Snapshot
-from tilth.output.vtkhdf import Results, read_results
+from tilth.output.vtkhdf import Results
 from tilth.plot.names import field_names, not_one_of, output_at
+from tilth.plot.run import results_of
 from tilth.report.fields import AXES, TENSOR, field_unit, field_values
 
 CORNERS = "domain_corners"
@@ -41,6 +42,8 @@ class Source:
     """Names of the bodies; none if the run has no model."""
     kind: str
     """Kind of the analysis; "" if the run has no model."""
+    colour_by: str
+    """Field that colours the report; "" if the run has no model."""
 
     def body_name(self, number: int) -> str:
         """Returns the name of a body, or one made of its number if the run has no model."""
@@ -83,7 +86,7 @@ def source_of(folder: Path | str, times: Times, fields: Sequence[str] | None) ->
     Raises:
         BadInput: there are no results, or a time or field is none of theirs.
     """
-    results = read_results(require_folder(folder) / RESULTS)
+    results = results_of(folder)
     if isinstance(times, str):
         outputs = list(range(len(results)))
     elif times is None:
@@ -122,9 +125,11 @@ def _unit(field: str, results: Results) -> str:
     return "" if unit == "-" else unit
 
 
-def _declared(folder: Path | str) -> tuple[list[str], str]:
-    """Returns the names of the bodies and the kind of the analysis, as far as there is a model."""
+def _declared(folder: Path | str) -> tuple[list[str], str, str]:
+    """Returns names of the bodies, kind of the analysis and field of the report of its model."""
     with suppress(BadInput, KeyError, TypeError):
         declared = read_declared(folder)
-        return [str(body["name"]) for body in declared["bodies"]], str(declared["analysis"]["kind"])
-    return [], ""
+        names = [str(body["name"]) for body in declared["bodies"]]
+        colour_by = declared.get("output", {}).get("colour_by", "")
+        return names, str(declared["analysis"]["kind"]), str(colour_by)
+    return [], "", ""

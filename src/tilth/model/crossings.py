@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Whether a polygon or a polyline crosses itself."""
+"""Whether a polygon or a polyline crosses itself or another one, and what is inside a polygon."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from tilth.arrays import Floats
+from tilth.arrays import Flags, Floats
 
 _PAIRS_PER_BATCH = 1_000_000
 """Pairs of edges that are compared at once, about, to bound the memory."""
@@ -43,6 +43,22 @@ def lines_meet(one: Floats, other: Floats) -> bool:
         if _segments_meet(a[part][i], b[part][i], c[j], d[j]).any():
             return True
     return False
+
+
+def in_polygon(start: Floats, position: Floats) -> Flags:
+    """Returns which positions (n, 2) are inside a polygon of vertices `start` (m, 2), (n,)."""
+    end = np.roll(start, -1, axis=0)
+    rising = start[:, 1] != end[:, 1]
+    start, end = start[rising], end[rising]
+    inside = np.zeros(len(position), dtype=bool)
+    x, y = position.T
+    rows = max(1, _PAIRS_PER_BATCH // max(1, len(position)))
+    for first in range(0, len(start), rows):
+        x0, y0 = start[first : first + rows].T[:, :, None]
+        x1, y1 = end[first : first + rows].T[:, :, None]
+        crossed = ((y0 <= y) != (y1 <= y)) & (x < x0 + (y - y0) * (x1 - x0) / (y1 - y0))
+        inside ^= np.logical_xor.reduce(crossed, axis=0)
+    return inside
 
 
 def _neighbours_overlap(start: Floats, end: Floats, closed: bool) -> bool:

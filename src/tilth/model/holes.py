@@ -10,7 +10,7 @@ import numpy as np
 
 from tilth.arrays import Floats
 from tilth.errors import Problem
-from tilth.model.crossings import lines_meet
+from tilth.model.crossings import in_polygon, lines_meet
 from tilth.model.shape_base import DeclaredShape
 
 NOT_INSIDE = (
@@ -101,11 +101,7 @@ def _contains(outline: Ring, place: Floats) -> bool:
     """Whether a place (2,) is inside an outline."""
     if isinstance(outline, Disc):
         return bool(np.linalg.norm(place - outline.centre) < outline.radius)
-    (x0, y0), (x1, y1) = outline.T, np.roll(outline, -1, axis=0).T
-    x, y = place
-    crosses = (y0 <= y) != (y1 <= y)
-    rise = np.where(crosses, y1 - y0, 1.0)
-    return bool((crosses & (x < x0 + (y - y0) * (x1 - x0) / rise)).sum() % 2)
+    return bool(in_polygon(outline, place[None])[0])
 
 
 def _meet(one: Ring, other: Ring) -> bool:

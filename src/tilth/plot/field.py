@@ -7,9 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from tilth.errors import BadInput
-from tilth.output.folder import RESULTS, require_folder
 from tilth.output.snapshot import Snapshot
-from tilth.output.vtkhdf import Results, read_results
 from tilth.plot.names import output_at, require_field
 from tilth.plot.picture import FieldPicture, Scene
 from tilth.plot.plane import Plane
@@ -75,12 +73,6 @@ def view_of(
             raise BadInput(problem, "leave out --section", key="section", value=section)
         return SectionView(run, Plane.of(section), show)
     return SpaceView(run) if run.results.dim == 3 else PlaneView(run, show)
-
-
-def results_of(folder: Path | str) -> Results:
-    """Returns the results in the folder of a run; raises ``BadInput`` if there are none."""
-    require_folder(Path(folder))
-    return read_results(Path(folder) / RESULTS)
 
 
 def scale_between(values: tuple[float, float] | None) -> ColourScale | None:

@@ -12,8 +12,8 @@ from tilth.arrays import Flags, Floats
 from tilth.errors import BadInput
 from tilth.output.snapshot import Snapshot
 from tilth.plot.curves import COLOURS, SIZE, finish_lines
-from tilth.plot.field import results_of
 from tilth.plot.names import output_at, require_field
+from tilth.plot.run import results_of
 from tilth.report.domains import corners_of
 from tilth.report.fields import field_values, with_unit
 from tilth.report.interpolation import values_at

@@ -53,6 +53,7 @@ class Scene:
         limits: list[Limits] = []
         ranges: list[Floats] = []
         titles: list[str] = []
+        ends: dict[int, Snapshot] = {}
         label, gaps = "", False
         for index in outputs:
             snapshot = run.results.snapshot(index)
@@ -64,13 +65,14 @@ class Scene:
             if (own := view.limits(snapshot)) is not None:
                 limits.append(own)
             titles.append(_title(run, view, snapshot))
+            if index in (outputs[0], outputs[-1]):
+                ends[index] = snapshot
         if not limits:
-            raise view.nothing(run.results.snapshot(outputs[-1]))
+            raise view.nothing(ends[outputs[-1]])
         common = around(limits)
         handles: dict[str, Handle] = {}
-        for index in {outputs[0], outputs[-1]}:
-            entries = view.handles(run.results.snapshot(index), common)
-            handles |= {handle.label: handle for handle in entries}
+        for snapshot in ends.values():
+            handles |= {handle.label: handle for handle in view.handles(snapshot, common)}
         scale = ColourScale.of(ranges) if scale is None else scale
         title = max(titles, key=len)
         return cls(common, scale, label, list(handles.values()), title, gaps)

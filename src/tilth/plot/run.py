@@ -32,6 +32,11 @@ from tilth.report.stage_marks import Span, stage_of
 from tilth.report.stage_setups import StagedSetup
 
 
+def results_of(folder: Path | str) -> Results:
+    """Returns the results in the folder of a run; raises ``BadInput`` if there are none."""
+    return read_results(require_folder(folder) / RESULTS)
+
+
 @dataclass(frozen=True, eq=False)
 class PlottedRun:
     """A run whose results are drawn."""
@@ -48,9 +53,7 @@ class PlottedRun:
     @classmethod
     def of(cls, folder: Path | str) -> PlottedRun:
         """Returns the run in a folder; raises ``BadInput`` if there are no results."""
-        folder = Path(folder)
-        require_folder(folder)
-        results = read_results(folder / RESULTS)
+        folder, results = Path(folder), results_of(folder)
         declared: Mapping[str, Any] = {}
         setup: Setup | StagedSetup | None = None
         moving: Mapping[str, Floats] = {}

@@ -15,7 +15,7 @@ from tilth.output.snapshot import Snapshot, SurfaceShape
 from tilth.plot.plane import Plane, cut_domains, cut_triangles
 from tilth.plot.run import PlottedRun
 from tilth.plot.surroundings import boundary_handle, draw_segments, rigid_handle
-from tilth.plot.views import Limits
+from tilth.plot.views import Limits, View
 from tilth.report.continuous import ContinuousField
 from tilth.report.domains import corners_of, drawn_at_once
 from tilth.report.fields import with_unit
@@ -88,7 +88,7 @@ class Section:
         return self.region.values_in(snapshot.position, values, places)
 
 
-class SectionView:
+class SectionView(View):
     """The view of a plane through a run in space."""
 
     def __init__(self, run: PlottedRun, plane: Plane, show: str) -> None:
@@ -98,19 +98,15 @@ class SectionView:
             raise BadInput(problem, "leave out --show, or take domains", key="show", value=show)
         self._run, self._plane, self._show = run, plane, show
         self._last: tuple[int, Section] | None = None
+        self.title = f"plane {plane.text}"
+        if "=" in plane.text:
+            name, _, place = plane.text.partition("=")
+            self.title = f"{name.strip()} = {place.strip()} {run.length_unit}".strip()
 
     @property
     def labels(self) -> Sequence[str]:
         """Labels of the two axes."""
         return [with_unit(name, self._run.length_unit) for name in self._plane.names]
-
-    @property
-    def title(self) -> str:
-        """The plane, for the title."""
-        if "=" in self._plane.text:
-            name, _, place = self._plane.text.partition("=")
-            return f"{name.strip()} = {place.strip()} {self._run.length_unit}".strip()
-        return f"plane {self._plane.text}"
 
     def limits(self, snapshot: Snapshot) -> Limits | None:
         """Returns the corners around the soil and the rigid bodies near it; None without soil."""
@@ -142,8 +138,7 @@ class SectionView:
     def handles(self, snapshot: Snapshot, limits: Limits) -> list[Handle]:
         """Returns the entries of the legend for an output."""
         cut = [len(self._cut(shape)) > 0 for shape in snapshot.surfaces]
-        tracked = tracked_handles(snapshot.surfaces)
-        handles = [handle for handle, there in zip(tracked, cut, strict=True) if there]
+        handles = tracked_handles(snapshot.surfaces, cut)
         handles += boundary_handle([name for name, _ in self._boundaries(snapshot, limits)])
         return handles + rigid_handle([name for name, _ in self._rigid(snapshot)])
 

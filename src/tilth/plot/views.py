@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -33,26 +34,30 @@ side."""
 Limits = tuple[Floats, Floats]
 
 
-class View(Protocol):
+class View(ABC):
     """A way to show outputs in axes of matplotlib."""
 
+    title = ""
+    """What the title says beside the time, "" for nothing."""
+
     @property
+    @abstractmethod
     def labels(self) -> Sequence[str]:
         """Labels of the axes, two or three."""
 
-    @property
-    def title(self) -> str:
-        """What the title says beside the time, "" for nothing."""
-
+    @abstractmethod
     def limits(self, snapshot: Snapshot) -> Limits | None:
         """Returns the corners of what is shown of an output [length]; None without soil."""
 
     def nothing(self, snapshot: Snapshot) -> BadInput:
         """Returns the error where no output has soil to show."""
+        return BadInput("the results have no soil", "choose another run", key="DIR")
 
+    @abstractmethod
     def handles(self, snapshot: Snapshot, limits: Limits) -> list[Handle]:
         """Returns the entries of the legend for an output."""
 
+    @abstractmethod
     def draw(
         self,
         axes: Any,
@@ -64,7 +69,7 @@ class View(Protocol):
         """Draws values (n,) of the points and all around them."""
 
 
-class PlaneView:
+class PlaneView(View):
     """The plane of a run in the plane, with boundaries, rigid bodies, surfaces and water."""
 
     def __init__(self, run: PlottedRun, show: str) -> None:
@@ -72,16 +77,10 @@ class PlaneView:
         self._run, self._show = run, show
         self._initial = run.results.snapshot(0)
 
-    title = ""
-
     @property
     def labels(self) -> Sequence[str]:
         """Labels of the two axes."""
         return [with_unit(name, self._run.length_unit) for name in self._run.axis_names[:2]]
-
-    def nothing(self, snapshot: Snapshot) -> BadInput:
-        """Returns the error where no output has soil to show."""
-        return _no_soil()
 
     def limits(self, snapshot: Snapshot) -> Limits:
         """Returns the corners around the soil, what is tracked, and what moves near it."""
@@ -102,10 +101,8 @@ class PlaneView:
 
     def handles(self, snapshot: Snapshot, limits: Limits) -> list[Handle]:
         """Returns the entries of the legend for an output."""
-        handles = tracked_handles(snapshot.surfaces)
-        names = [shape.name for shape in snapshot.surfaces if len(shape.cells)]
-        handles = [h for h in handles if any(h.label == f"surface: {name}" for name in names)]
-        if names and snapshot.step != self._initial.step:
+        handles = _surface_handles(snapshot)
+        if handles and snapshot.step != self._initial.step:
             handles.append(Handle("surface at the start", {"color": "0.3", **INITIAL_LINE}))
         parts = self._run.boundaries(snapshot, *limits)
         handles += boundary_handle([part["name"] for part in parts])
@@ -134,10 +131,9 @@ class PlaneView:
             draw_water(axes, line)
 
 
-class SpaceView:
+class SpaceView(View):
     """The points of a run in space that are visible from outside, with bodies and surfaces."""
 
-    title = ""
     THINNEST = 0.05
     """Sides of the space are not shown shorter than this, over the longest one."""
 
@@ -149,19 +145,13 @@ class SpaceView:
         """Labels of the three axes."""
         return [with_unit(name, self._run.length_unit) for name in self._run.axis_names]
 
-    def nothing(self, snapshot: Snapshot) -> BadInput:
-        """Returns the error where no output has soil to show."""
-        return _no_soil()
-
     def limits(self, snapshot: Snapshot) -> Limits:
         """Returns the corners around the soil, what is tracked, and rigid bodies near it."""
         return extent([snapshot], tracked_vertices([snapshot]) + rigid_vertices([snapshot]))
 
     def handles(self, snapshot: Snapshot, limits: Limits) -> list[Handle]:
         """Returns the entries of the legend for an output."""
-        there = [shape.name for shape in snapshot.surfaces if len(shape.cells)]
-        handles = tracked_handles(snapshot.surfaces)
-        handles = [h for h in handles if any(h.label == f"surface: {name}" for name in there)]
+        handles = _surface_handles(snapshot)
         return handles + rigid_handle([b.name for b in snapshot.rigid_bodies if len(b.cells)])
 
     def draw(
@@ -187,8 +177,10 @@ class SpaceView:
         draw_tracked_3d(axes, snapshot.surfaces)
 
 
-def _no_soil() -> BadInput:
-    return BadInput("the results have no soil", "choose another run", key="DIR")
+def _surface_handles(snapshot: Snapshot) -> list[Handle]:
+    """Returns the entries of the legend of the tracked surfaces that are there."""
+    there = [len(shape.cells) > 0 for shape in snapshot.surfaces]
+    return tracked_handles(snapshot.surfaces, there)
 
 
 def around(limits: Sequence[Limits]) -> Limits:

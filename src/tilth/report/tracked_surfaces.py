@@ -92,11 +92,14 @@ def draw_tracked_3d(axes: Any, surfaces: Sequence[SurfaceShape]) -> None:
                 )
 
 
-def tracked_handles(surfaces: Sequence[SurfaceShape]) -> list[Handle]:
-    """Returns legend handles of tracked surfaces."""
+def tracked_handles(
+    surfaces: Sequence[SurfaceShape], there: Sequence[bool] | None = None
+) -> list[Handle]:
+    """Returns legend handles of tracked surfaces; ``there``: of which ones, of all if None."""
     return [
         Handle(f"surface: {shape.name}", {"color": colour_of(number), **_LINE})
         for number, shape in enumerate(surfaces)
+        if there is None or there[number]
     ]
 
 
@@ -107,10 +110,9 @@ def add_tracked_legend(
 
     ``initial`` is None if not drawn.
     """
-    every = tracked_handles(snapshots[0].surfaces)
+    surfaces = snapshots[0].surfaces
     drawn = {shape.name for each in snapshots for shape in each.surfaces if len(shape.cells)}
-    names = [shape.name for shape in snapshots[0].surfaces]
-    handles = [line for line, name in zip(every, names, strict=True) if name in drawn]
+    handles = tracked_handles(surfaces, [shape.name in drawn for shape in surfaces])
     if initial is not None and snapshots[0].dim == 2:
         there = [i for i, shape in enumerate(initial.surfaces) if len(shape.cells)]
     else:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from tilth.arrays import Floats
 from tilth.output.snapshot import Snapshot, SurfaceShape
-from tilth.results.extras import require_extra
+from tilth.plot.extras import require_extra
 
 
 def blocks_of(snapshot: Snapshot) -> Any:

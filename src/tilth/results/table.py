@@ -8,8 +8,8 @@ from typing import Any, TypeVar
 
 from tilth.arrays import Floats
 from tilth.errors import BadInput
+from tilth.plot.extras import require_extra
 from tilth.plot.names import column_of
-from tilth.results.extras import require_extra
 
 T = TypeVar("T")
 

@@ -9,8 +9,8 @@ from typing import Any
 from tilth.errors import BadInput
 
 
-def require_extra(name: str) -> Any:
-    """Returns the package of an optional extra of tilth, which has the same name.
+def require_extra(name: str, extra: str = "") -> Any:
+    """Returns the package of an optional extra of tilth, which has the same name if not given.
 
     Raises ``BadInput`` that names the extra if the package is not installed.
     """
@@ -19,5 +19,5 @@ def require_extra(name: str) -> Any:
     except ImportError as error:
         raise BadInput(
             f"the package {name} is needed, and cannot be imported: {error}",
-            f'install it with: pip install "tilth[{name}]" (or: pip install {name})',
+            f'install it with: pip install "tilth[{extra or name}]" (or: pip install {name})',
         ) from error
