@@ -154,7 +154,11 @@ def test_a_killed_study_gives_the_same_table(column: Path, tilth: Tilth, tmp_pat
     assert repr(float(alone.history["top [m]"].min())) == rows[1]["settlement [m]"]
     page = (folder / "study.html").read_text(encoding="utf-8")
     assert "All 6 samples are done" in page
-    assert "samples/0006/case" in page
+    assert 'href="samples/0006/case"' in page
+    assert "lognormal distribution, mean 1e+06, standard deviation 200000" in page
+    assert "stiffness (materials.clay.young_modulus)" in page
+    assert "<td>grid.cell_size</td><td>1, 0.5</td>" in page
+    assert "Random draws with the seed 3 of the study." in page
 
 
 @pytest.mark.slow
@@ -182,6 +186,7 @@ def test_failures_are_in_table_summary_and_exit_code(
     assert "settlement [m]: 1 samples" in done.out
     page = (folder / "study.html").read_text(encoding="utf-8")
     assert "1 of 2 samples failed" in page
+    assert "Random draws" not in page
 
     column.write_text(text.replace("1e3]", "1e3, 3e6]"), encoding="utf-8")
     result = library.study(column, folder, processes=1, quiet=True)

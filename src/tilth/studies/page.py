@@ -11,9 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tilth.errors import visible
-from tilth.model import Study
+from tilth.model import Study, Vary
 from tilth.output.disk import writing
 from tilth.output.files import write_durably
+from tilth.output.folder import REPORT
 from tilth.report.style import CSS
 from tilth.report.texts import png
 from tilth.studies.folder import RUN, SAMPLES, text_of
@@ -27,20 +28,36 @@ if TYPE_CHECKING:
 MOST_ROWS = 2000
 """Samples in the table of the page, at most; all are in study.csv."""
 
+MOST_VALUES = 8
+"""Values of a list that the page names, at most."""
+
+STUDY_CSS = """
+.wide { overflow-x: auto; }
+.wide table td { overflow-wrap: normal; white-space: nowrap; }
+.wide img { min-width: 42rem; }
+@media print {
+  .wide { overflow-x: visible; }
+  .wide img { min-width: 0; break-inside: avoid; }
+  tr { break-inside: avoid; }
+}
+"""
+
 
 def write_page(page: Path, picture: Path, asked: Study, result: StudyResult) -> None:
     """Writes the page, and the picture of the distributions of all outcomes."""
     outcomes = png(draw_outcomes(result))
-    parts = [_state(result), _table_of_statistics(result.statistics), _image(outcomes)]
+    link = _Links(result.folder)
+    parts = [_state(result), _table_of_entries(asked)]
+    parts += [_table_of_statistics(result.statistics, link), _image(outcomes)]
     dependence = draw_dependence(asked, result)
     if dependence is not None:
         parts += ["<h2>Outcomes against parameters</h2>", _image(png(dependence))]
-    parts += [_failures(result), _table_of_samples(result)]
+    parts += [_failures(result, link), _table_of_samples(result, link)]
     title = escape(visible(asked.title or "Study"))
     text = (
         f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<style>{CSS} .wide {{ overflow-x: auto; }}</style></head><body><main><h1>{title}</h1>"
+        f"<style>{CSS}{STUDY_CSS}</style></head><body><main><h1>{title}</h1>"
         f"{''.join(parts)}</main></body></html>\n"
     )
     with writing(page):
@@ -62,7 +79,36 @@ def _state(result: StudyResult) -> str:
     )
 
 
-def _table_of_statistics(rows: Sequence[Statistics]) -> str:
+def _table_of_entries(asked: Study) -> str:
+    """Returns a table of what differs between the samples."""
+    rows = [_row(["entry of the case", "values"], "th")]
+    for entry in asked.vary:
+        name = entry.key if entry.name is None else f"{entry.name} ({entry.key})"
+        rows.append(_row([name, _values(entry)], "td"))
+    drawn = any(entry.is_random for entry in asked.vary)
+    seed = f"<p>Random draws with the seed {asked.seed} of the study.</p>" if drawn else ""
+    return f'<h2>What differs</h2><div class="wide"><table>{"".join(rows)}</table></div>{seed}'
+
+
+def _values(entry: Vary) -> str:
+    """Returns the values of an entry in words."""
+    if entry.new_seed:
+        return "a seed of its own for each sample"
+    if entry.range is not None:
+        between = entry.range
+        spacing = "equal distances" + (" of the logarithms" if between.spacing == "log" else "")
+        return f"{between.count} from {between.start:g} to {between.stop:g} at {spacing}"
+    if entry.distribution is not None:
+        numbers = entry.distribution.model_dump(exclude={"type"}).items()
+        named = ", ".join(f"{key.replace('_', ' ')} {value:g}" for key, value in numbers)
+        return f"{entry.distribution.type} distribution, {named}"
+    values = entry.values or ()
+    named = ", ".join(text_of(value) for value in values[:MOST_VALUES])
+    more = len(values) - MOST_VALUES
+    return f"{named} and {more} others" if more > 0 else named
+
+
+def _table_of_statistics(rows: Sequence[Statistics], link: _Links) -> str:
     """Returns a table with a column for each outcome."""
     lines = [("", [s.heading for s in rows])]
     lines += [
@@ -78,24 +124,24 @@ def _table_of_statistics(rows: Sequence[Statistics]) -> str:
     lines.append(("largest", [_number(s.largest) for s in rows]))
     body = "".join(_row([name, *cells], "th" if not name else "td") for name, cells in lines)
     worst = [
-        f"{_number(s.worst)} ({_link(s.worst_sample)})" if s.worst_sample else "-" for s in rows
+        f"{_number(s.worst)} ({link.of(s.worst_sample)})" if s.worst_sample else "-" for s in rows
     ]
     cells = "".join(f"<td>{cell}</td>" for cell in worst)
     last = f"<tr><td>worst case</td>{cells}</tr>"
     return f'<h2>Statistics</h2><div class="wide"><table>{body}{last}</table></div>'
 
 
-def _failures(result: StudyResult) -> str:
+def _failures(result: StudyResult, link: _Links) -> str:
     if not result.reasons:
         return ""
     items = "".join(
-        f"<li>{_link(number)}: {escape(visible(reason))}</li>"
+        f"<li>{link.of(number)}: {escape(visible(reason))}</li>"
         for number, reason in result.reasons.items()
     )
     return f'<h2 id="failed">Samples that failed</h2><ul class="warnings">{items}</ul>'
 
 
-def _table_of_samples(result: StudyResult) -> str:
+def _table_of_samples(result: StudyResult, link: _Links) -> str:
     heads = ["sample", *result.values, *result.outcomes, "status"]
     rows = [_row(heads, "th")]
     for i, number in enumerate(result.numbers[:MOST_ROWS]):
@@ -103,16 +149,29 @@ def _table_of_samples(result: StudyResult) -> str:
         cells += [_number(float(column[i])) for column in result.outcomes.values()]
         cells.append("failed" if number in result.reasons else "done")
         others = "".join(f"<td>{escape(visible(cell))}</td>" for cell in cells)
-        rows.append(f"<tr><td>{_link(number)}</td>{others}</tr>")
+        rows.append(f"<tr><td>{link.of(number)}</td>{others}</tr>")
     more = len(result.numbers) - MOST_ROWS
     note = f"<p>{more:,} further samples are in study.csv.</p>" if more > 0 else ""
     table = f'<div class="wide"><table>{"".join(rows)}</table></div>'
     return f"<h2>Samples</h2><p>All digits are in study.csv.</p>{table}{note}"
 
 
-def _link(number: int) -> str:
-    """Returns a link to the folder of a sample's run."""
-    return f'<a href="{SAMPLES}/{folder_of(number)}/{RUN}">sample {number}</a>'
+class _Links:
+    """Links to the report of a sample's run, or to its folder where there is none.
+
+    Args:
+        folder: of the study.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def of(self, number: int) -> str:
+        """The link to a sample."""
+        place = f"{SAMPLES}/{folder_of(number)}/{RUN}"
+        report = f"{place}/{REPORT}"
+        there = report if (self._folder / report).exists() else place
+        return f'<a href="{there}">sample {number}</a>'
 
 
 def _row(cells: Sequence[str], kind: str) -> str:
@@ -125,4 +184,4 @@ def _number(value: float) -> str:
 
 def _image(content: bytes) -> str:
     data = base64.b64encode(content).decode()
-    return f'<p><img alt="" src="data:image/png;base64,{data}"></p>'
+    return f'<p class="wide"><img alt="" src="data:image/png;base64,{data}"></p>'
