@@ -46,6 +46,21 @@ def test_a_block_has_its_outline_and_its_area() -> None:
     np.testing.assert_array_equal(line[0], line[-1])
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_the_outline_is_closed_where_points_lie_on_a_line_to_round_off(seed: int) -> None:
+    """Triangles of round-off on the edges, whose corners run either way, do not cut the outline."""
+    place = lattice(2.0, 1.0) + np.random.default_rng(seed).normal(0.0, 1e-14, (200, 2))
+    region = region_of(place[np.abs(place - [1.0, 0.5]).max(axis=1) > 0.22])
+    lines = region.parts[0].outline()
+    assert len(lines) == 2
+    area = 0.0  # the hole runs clockwise
+    for line in lines:
+        np.testing.assert_array_equal(line[0], line[-1])
+        x, y = line.T
+        area += 0.5 * float((x[:-1] * y[1:] - x[1:] * y[:-1]).sum())
+    assert area == pytest.approx(region.area, rel=1e-9)
+
+
 @pytest.mark.parametrize("slope", [1.0, 0.5, 1.0 / 3.0, 3.0])
 def test_a_slope_of_boxes_is_straight(slope: float) -> None:
     spacing = 0.05

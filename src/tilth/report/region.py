@@ -56,20 +56,7 @@ class Part:
         edge = self.triangle[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2)
         key = np.sort(edge, axis=1) @ np.array([len(self.vertex), 1])
         _, first, count = np.unique(key, return_index=True, return_counts=True)
-        following: dict[int, list[int]] = {}
-        for start, end in edge[first[count == 1]].tolist():
-            following.setdefault(start, []).append(end)
-        lines = []
-        while following:
-            start = next(iter(following))
-            line, at = [start], start
-            while ends := following.get(at):
-                at = ends.pop()
-                if not ends:
-                    del following[line[-1]]
-                line.append(at)
-            lines.append(self.vertex[line])
-        return lines
+        return [self.vertex[line] for line in _closed_lines(edge[first[count == 1]], self.vertex)]
 
     def values(self, position: Floats, values: Floats) -> Floats:
         """Returns a field's values at the vertices from those of all points, shape (n,)."""
@@ -128,6 +115,34 @@ class Region:
             share = shares_of(part.vertex[vertex], places[inside])
             found[inside] = (share * part.values(position, values)[vertex]).sum(axis=1)
         return found
+
+
+def _closed_lines(edge: Integers, vertex: Floats) -> list[list[int]]:
+    """Returns closed lines that use each edge once; an even number of edges meets in each vertex.
+
+    The direction of single edges, those of triangles without an area, may be wrong: a line has
+    the direction of most of its length.
+    """
+    length = np.linalg.norm(vertex[edge[:, 1]] - vertex[edge[:, 0]], axis=1)
+    at: dict[int, list[int]] = {}
+    for number, ends in enumerate(edge.tolist()):
+        for end in ends:
+            at.setdefault(end, []).append(number)
+    free = np.ones(len(edge), dtype=bool)
+    lines = []
+    for begin in range(len(edge)):
+        if not free[begin]:
+            continue
+        line, along = [int(edge[begin, 0])], 0.0
+        while going := [number for number in at[line[-1]] if free[number]]:
+            chosen = next((number for number in going if edge[number, 0] == line[-1]), going[0])
+            free[chosen] = False
+            start, end = edge[chosen].tolist()
+            forward = start == line[-1]
+            line.append(end if forward else start)
+            along += length[chosen] if forward else -length[chosen]
+        lines.append(line if along >= 0.0 else line[::-1])
+    return lines
 
 
 def shares_of(corner: Floats, place: Floats) -> Floats:
