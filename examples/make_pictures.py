@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Makes the picture of each example's README: `python examples/make_pictures.py [NAME]...`.
 
-Runs case.toml of the examples; draws the output at half time and the last one as the report does.
+Runs case.toml of the examples; draws the output at half time and the last one as the report does,
+in the plane with the boundaries.
 Of those in `FIELDS` it draws the initial values of a field and the last output.
 Of the examples in `SURFACES` it draws the surface after every step, for the case files named there;
 of those in `TROUGHS` the settlement on some grids and the last output; of those in `BASES` a case
@@ -29,6 +30,9 @@ from tilth.curves import LocalCubicSpline
 from tilth.element_tests.plots import draw_plot
 from tilth.output.folder import SETUP
 from tilth.output.vtkhdf import read_results
+from tilth.plot.run import PlottedRun
+from tilth.plot.surroundings import draw_segments
+from tilth.plot.views import PlaneView, around
 from tilth.report.field_plots import draw_frames
 from tilth.report.setup_file import read_setup
 from tilth.verification.cases import varied
@@ -55,15 +59,31 @@ def make_picture(name: str, case: str = "case", picture: str = "picture") -> Non
     with tempfile.TemporaryDirectory() as folder:
         result = tilth.run(model, Path(folder) / "results", quiet=True)
         results = read_results(result.folder / "results.vtkhdf")
+        numbers = sorted({len(results) // 2, len(results) - 1})
         figure = draw_frames(
-            [results.snapshot(index) for index in sorted({len(results) // 2, len(results) - 1})],
+            [results.snapshot(index) for index in numbers],
             model.output.colour_by,
             results.units,
             axisymmetric=model.analysis.kind == "axisymmetric",
             initial=results.snapshot(0),
             water=read_setup(result.folder / SETUP, results.snapshot(0)).water_at,
         )
+        if model.dimension == 2:
+            draw_boundaries(figure, PlottedRun.of(result.folder), numbers)
         figure.savefig(EXAMPLES / name / f"{picture}.png", dpi=110)
+
+
+def draw_boundaries(figure: Figure, run: PlottedRun, outputs: list[int]) -> None:
+    """Adds the boundaries to the panels of some outputs."""
+    snapshots = [run.results.snapshot(number) for number in outputs]
+    view = PlaneView(run, "field")
+    panels = figure.axes[: len(snapshots)]
+    shown = panels[0].viewLim
+    limits = around([view.limits(snapshot) for snapshot in snapshots] + [(shown.min, shown.max)])
+    for axes, snapshot in zip(panels, snapshots, strict=True):
+        axes.set(xlim=(limits[0][0], limits[1][0]), ylim=(limits[0][1], limits[1][1]))
+        for part in run.boundaries(snapshot, *limits):
+            draw_segments(axes, part["position"])
 
 
 def draw_surfaces(name: str, files: tuple[str, ...]) -> None:
