@@ -108,16 +108,16 @@ def hats(place: Place, x: Floats, grid: Grid) -> dict[Place, tuple[float, Floats
     dim = len(place)
     lower, upper = ends(place, grid)
     size = upper - lower
-    found = {}
-    for corner in product((0, 1), repeat=dim):
-        local = (x - lower) / size
-        hat = np.array([t if c else 1.0 - t for t, c in zip(local, corner, strict=True)])
-        slope = [
-            (1.0 if corner[k] else -1.0) / size[k] * float(np.prod(np.delete(hat, k)))
-            for k in range(dim)
-        ]
-        found[tuple(np.add(place, corner).tolist())] = (float(np.prod(hat)), np.array(slope))
-    return found
+    local = (x - lower) / size
+    corners = list(product((0, 1), repeat=dim))
+    sign = np.where(np.array(corners) == 1, 1.0, -1.0)
+    hat = np.where(sign > 0.0, local, 1.0 - local)
+    value = hat.prod(axis=1)
+    slope = sign / size
+    for k in range(dim):
+        slope[:, k] *= hat[:, [other for other in range(dim) if other != k]].prod(axis=1)
+    nodes = [tuple(p + c for p, c in zip(place, corner, strict=True)) for corner in corners]
+    return {node: (float(value[i]), slope[i]) for i, node in enumerate(nodes)}
 
 
 def quadrature(simplex: Floats) -> list[tuple[float, Floats]]:
