@@ -79,7 +79,9 @@ def draw_boundaries(figure: Figure, run: PlottedRun, outputs: list[int]) -> None
     view = PlaneView(run, "field")
     panels = figure.axes[: len(snapshots)]
     shown = panels[0].viewLim
-    limits = around([view.limits(snapshot) for snapshot in snapshots] + [(shown.min, shown.max)])
+    limits = shown.min, shown.max
+    if panels[0].get_aspect() == 1.0:  # to scale
+        limits = around([limits, *(view.limits(snapshot) for snapshot in snapshots)])
     for axes, snapshot in zip(panels, snapshots, strict=True):
         axes.set(xlim=(limits[0][0], limits[1][0]), ylim=(limits[0][1], limits[1][1]))
         for part in run.boundaries(snapshot, *limits):

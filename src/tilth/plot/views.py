@@ -90,8 +90,8 @@ class PlaneView(View):
         for part in self._run.boundaries(snapshot, low - room, high + room):
             if part["kind"] == "rigid":
                 place = part["position"].reshape(-1, 2)
-                ends = ((place > low - 0.99 * room) & (place < high + 0.99 * room)).all(axis=1)
-                others.append(place[ends])  # not where it goes on beyond the picture
+                if ((place > low - 0.99 * room) & (place < high + 0.99 * room)).all():
+                    others.append(place)  # not what goes on beyond the picture
         others = [each for each in others if len(each)]
         if (line := self._run.water(snapshot.time)) is not None and len(
             near := nearby(line, low, high)

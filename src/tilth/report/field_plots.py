@@ -36,6 +36,8 @@ _MAXIMUM_ASPECT_RATIO = 7.0
 """Ratio of the sides up to which figures are to scale."""
 _TITLE_CHARACTERS = 11.0
 """Characters of a panel's title per inch of its width, on average."""
+_LABEL_CHARACTERS = 9.0
+"""Characters of the colour bar's label per inch of the figure's height."""
 
 
 def draw_frames(
@@ -126,7 +128,8 @@ def draw_frames(
         pad = 0.02 if dim == 2 else 0.12  # in 3D the labels of z are outside the panels
         shrink = 0.9 if rows > 1 else 1.0
         bar = figure.colorbar(scale.matplotlib(), ax=panels, shrink=shrink, pad=pad)
-        bar.set_label(on_lines(coloured[0][1], LABEL_WIDTH), fontsize=9, **AS_IT_IS)
+        letters = min(LABEL_WIDTH, max(int(_LABEL_CHARACTERS * figsize[1]), 12))
+        bar.set_label(on_lines(coloured[0][1], letters), fontsize=9, **AS_IT_IS)
         bar.ax.tick_params(labelsize=8)
         bar.formatter.set_powerlimits((-3, 4))
     notes = []
