@@ -70,7 +70,8 @@ class Terrain(FileShape):
     """Ground between a base and the surface of the terrain, within vertical sides (2D and 3D).
 
     In 2D the surface is the polyline through its heights. In 3D it is linear between the lines of
-    a grid along each of them (bilinear). All heights are lengths of the case.
+    a grid along each of them (bilinear), or on the triangles between survey points. All heights are
+    lengths of the case.
     """
 
     dimensions = (2, 3)
@@ -78,7 +79,8 @@ class Terrain(FileShape):
     type: Literal["terrain"] = "terrain"
     surface: Level
     """Elevation of the surface [length]: a number, in 2D also rows (x, elevation), or
-    { file = "heights.csv" } with a grid over the horizontal axes, also an ESRI ASCII grid (.asc).
+    { file = "heights.csv" } with a grid over the horizontal axes, also an ESRI ASCII grid (.asc),
+    or in 3D survey points at any places, { file = "survey.csv", places = "scattered" }.
     """
     base: Level
     """Elevation of the lower side [length], below the surface everywhere; as the surface."""

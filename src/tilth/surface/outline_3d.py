@@ -198,15 +198,15 @@ def _cut(face: list[int], vertices: Floats) -> list[list[int]]:
 def _height_field(form: HeightField, _: Request, spacing: float) -> Triangles:
     """Returns the triangles between rows of vertices on both surfaces and on the vertical sides."""
     axes = [
-        np.linspace(line[0], line[-1], number_of_parts(float(np.ptp(line)), spacing) + 1)
-        for line in form.lines
+        np.linspace(low, high, number_of_parts(high - low, spacing) + 1)
+        for low, high in zip(form.lower.tolist(), form.upper.tolist(), strict=True)
     ]
     place = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
     base, top = (
         np.concatenate([place, z.reshape(*place.shape[:2], 1)], axis=2)
         for z in form.heights(place.reshape(-1, 2))
     )
-    rows = number_of_parts(float((form.top - form.base).max()), spacing)
+    rows = number_of_parts(float((top - base)[..., 2].max()), spacing)
     panels = [
         triangulate_rows("base", list(base.swapaxes(0, 1))),
         triangulate_rows("top", list(top.swapaxes(0, 1))).flipped(),
