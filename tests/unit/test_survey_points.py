@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 from typing import Any
@@ -19,13 +20,19 @@ from tilth.bodies.thickness import crossings_of
 from tilth.errors import BadInput
 from tilth.fields.level import elevation
 from tilth.fields.survey import read_survey
-from tilth.model import Body, HeightFile, Model, Terrain
+from tilth.model import Body, HeightFile, Model, Outline, Terrain
 from tilth.mpm.grid import Grid
+from tilth.surface.outline import outline
 from tilth.surface.outline_3d import outline_3d
 
 SPACE = Grid(np.zeros(3), np.full(3, 0.5))
 MAP = np.array([500_000.0, 5_800_000.0])
 """Such as coordinates of UTM."""
+
+
+def at_map(width: float, depth: float) -> dict[str, Any]:
+    """The rectangle of a terrain of this size there."""
+    return {"lower": MAP.tolist(), "upper": np.add(MAP, [width, depth]).tolist()}
 
 
 def plane(x: Any, y: Any) -> Any:
@@ -56,7 +63,7 @@ def terrain(file: str, base: Any = 0.5, **entries: Any) -> Terrain:
     )
 
 
-def body(shape: Terrain, **entries: Any) -> Body:
+def body(shape: Any, **entries: Any) -> Body:
     whole = {"basis": "gimp", "points_per_cell": 2, **entries}
     return Body(name="ground", material="soil", shape=shape, **whole)
 
@@ -120,7 +127,7 @@ def test_map_coordinates_lose_nothing(tmp_path: Path) -> None:
     place = 10.0 * scattered() + MAP
     heights = [float(z) for z in plane(*((place - MAP) / 10.0).T)]
     grid = Grid(np.append(MAP, 0.0), np.full(3, 2.0))
-    corners = {"lower": MAP.tolist(), "upper": np.add(MAP, [40.0, 60.0]).tolist()}
+    corners = at_map(40.0, 60.0)
     shape = terrain(survey(tmp_path, place, heights), **corners)
     found = points(shape, grid)
     assert math.fsum(found.volume) == pytest.approx(2400.0 * 2.6, rel=1e-11)
@@ -128,6 +135,21 @@ def test_map_coordinates_lose_nothing(tmp_path: Path) -> None:
     level["surface"]["places"] = "scattered"
     flat = points(terrain("", **level, **corners), grid)
     assert math.fsum(flat.volume) == pytest.approx(2400.0 * 2.75, rel=1e-14)
+
+
+def test_a_surface_at_map_coordinates_with_the_grid_beside_it(tmp_path: Path) -> None:
+    """Which is more cells from zero than are possible from the origin of the grid."""
+    place = scattered() + MAP
+    shape = terrain(survey(tmp_path, place, [2.0] * len(place)), **at_map(4.0, 6.0))
+    surface = outline_3d(body(shape), [0.5] * 3, origin=[*MAP, 0.0])
+    enclosed = -np.linalg.det(surface.corner - [*MAP, 0.0]).sum() / 6.0
+    assert enclosed == pytest.approx(24.0 * 1.5, rel=1e-8)
+    rows = [[0, 0], [4, 0], [4, 2], [0, 0]]
+    ring = {"type": "Polygon", "coordinates": [np.add(MAP, rows).tolist()]}
+    (tmp_path / "plan.geojson").write_text(json.dumps(ring))
+    drawn = Outline(file=f"{tmp_path}/plan.geojson", scale=1.0)
+    (chain,) = outline(body(drawn), "plane_strain", [0.5, 0.5], origin=MAP)
+    assert chain.points.min(axis=0).tolist() == MAP.tolist()
 
 
 @pytest.mark.parametrize("unit", [1e-3, 1e3])
@@ -179,8 +201,7 @@ def refusal(shape: Terrain, grid: Grid = SPACE) -> str:
 def test_a_body_beyond_the_survey(tmp_path: Path) -> None:
     place = MAP + scattered()
     file = survey(tmp_path, place, [1.0] * len(place))
-    corners = {"lower": MAP.tolist(), "upper": np.add(MAP, [4.0, 9.0]).tolist()}
-    found = refusal(terrain(file, **corners), Grid(np.append(MAP, 0.0), np.full(3, 0.5)))
+    found = refusal(terrain(file, **at_map(4.0, 9.0)), Grid(np.append(MAP, 0.0), np.full(3, 0.5)))
     assert 'bodies "ground".shape.surface.file' in found
     assert "survey.csv" in found
     assert "(500000, 5800009) is outside the survey, 1." in found

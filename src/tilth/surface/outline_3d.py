@@ -47,7 +47,12 @@ FACES = {
 }
 
 
-def outline_3d(body: Body, cell_size: npt.ArrayLike, spacing: float | None = None) -> Triangles:
+def outline_3d(
+    body: Body,
+    cell_size: npt.ArrayLike,
+    spacing: float | None = None,
+    origin: npt.ArrayLike = (0.0, 0.0, 0.0),
+) -> Triangles:
     """Returns the closed surface of a body; its normals point into the soil.
 
     Vertices of round surfaces lie on them. The parts have names: of a box "x-" to "z+", along its
@@ -62,12 +67,13 @@ def outline_3d(body: Body, cell_size: npt.ArrayLike, spacing: float | None = Non
         cell_size: sides of a cell [length], shape (3,).
         spacing: largest distance of vertices along their rows [length]; half of a cell's smallest
             side if not given. Edges between rows are at most 1.5 times as long.
+        origin: of the grid [length], shape (3,).
 
     Raises:
         BadInput: the body has no such surface, or its mesh cannot be read.
     """
     cell = np.asarray(cell_size, dtype=float)
-    request = Request(body.name, False, Grid(np.zeros_like(cell), cell))
+    request = Request(body.name, False, Grid(np.asarray(origin, dtype=float), cell))
     if 3 not in body.shape.dimensions or body.shape.dimension == 2 or len(cell) != 3:
         raise request.refused(
             f"a {body.shape.type} has no surface in space",
