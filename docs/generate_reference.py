@@ -74,7 +74,7 @@ TYPE_DESCRIPTIONS = {
     "Exponent": "number in [0, 1]",
     "RandomField": "table, see below",
     "Layers": "list of tables, see below",
-    "Holes": 'list of tables as [shapes](#shapes) of type `"box"`, `"polygon"`, `"circle"`',
+    "Holes": "list of tables as [shapes](#shapes)",
     "Axis": '`"x"`, `"y"`, `"z"`',
     "Components": "list of axes",
     "Displacement": "table axis = number",
