@@ -70,11 +70,11 @@ TYPE_DESCRIPTIONS = {
     "VaryingNotNegative": "number >= 0, or [varying](#parameters-that-vary)",
     "DepthRows": "rows (depth, value)",
     "AxisRows": "rows (coordinate, value)",
-    "Level": "number, rows (x, elevation), or table `{ file = ... }`",
+    "Level": "number, rows (x, elevation), or table [`{ file = ... }`](#heights-in-a-file)",
     "Exponent": "number in [0, 1]",
     "RandomField": "table, see below",
     "Layers": "list of tables, see below",
-    "Holes": 'list of tables as [shapes](#shapes) of type `"box"`, `"polygon"`, `"circle"`',
+    "Holes": "list of tables as [shapes](#shapes)",
     "Axis": '`"x"`, `"y"`, `"z"`',
     "Components": "list of axes",
     "Displacement": "table axis = number",
@@ -283,6 +283,7 @@ def page() -> str:
         "### Shapes\n\nThe table `shape` of a body. The volumes of its material points sum to the "
         "volume of the shape to round-off.",
         *_variants("type", *model.shapes.SHAPES, level=4),
+        _section("Heights in a file", model.HeightFile, 4),
         _section("`[bodies.surface]`", model.Surface, 3),
         "## `[[boundaries]]`\n\nEssential conditions; at least one. Two conditions on the same "
         "component of a node must prescribe the same value.",

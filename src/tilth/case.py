@@ -248,6 +248,8 @@ def _files_of_shape(key: str, shape: Any) -> Iterator[tuple[str, dict[str, Any],
         for level in ("surface", "base"):
             if isinstance(shape.get(level), dict):
                 yield f"{key}.{level}", shape[level], "file"
+        for i, hole in enumerate(_tables(shape.get("holes"))):
+            yield f"{key}.holes[{i}]", hole, "file"
 
 
 def _files_of_geometry(key: str, geometry: Any) -> Iterator[tuple[str, dict[str, Any], str]]:

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tilth.bodies.box import box_points
-from tilth.bodies.forms import form_of
+from tilth.bodies.forms import WithHoles, form_of
 from tilth.bodies.holes import without_holes
+from tilth.bodies.holes_in_space import without_holes_in_space
 from tilth.bodies.inside import Inside, inside_of
 from tilth.bodies.mesh import Elements, mesh_points
 from tilth.bodies.polygon import polygon_points
@@ -58,7 +59,10 @@ def discretise(body: Body, kind: str, grid: Grid) -> BodyPoints:
     if request.points is None:
         request.check_spacing(request.cell_size / request.requested_spacing())
     form = form_of(body.shape, request)
-    points = FORMS[type(form)](form, request)
+    if isinstance(form, WithHoles):
+        points = without_holes_in_space(FORMS[type(form.whole)](form.whole, request), form, request)
+    else:
+        points = FORMS[type(form)](form, request)
     if isinstance(form, DeclaredShape) and form.cavities():
         points = without_holes(points, form, request)
     request.check_distance(points)

@@ -8,6 +8,7 @@ positions are inside, thickness, outline) has one function for each form.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from tilth.bodies.outline_file import outline_of
 from tilth.bodies.polyhedron import polyhedron_of
 from tilth.bodies.request import Request
 from tilth.bodies.terrain import terrain_of
+from tilth.errors import BadInput
 from tilth.model import Mesh, Outline, Stl, Terrain
 from tilth.model.magnitudes import MOST_CELLS
 from tilth.model.problems import unknown_name
@@ -25,6 +27,28 @@ from tilth.model.shape_base import Bounds, DeclaredShape
 
 Form = Any
 """A declared shape with a closed form, or what a reader below returns."""
+
+
+@dataclass(frozen=True)
+class WithHoles:
+    """A form in space less the holes in it.
+
+    Attributes:
+        whole: the form with the holes filled.
+        holes: forms of the holes, which are inside it and do not overlap.
+    """
+
+    whole: Form
+    holes: tuple[Form, ...]
+
+    def bounds(self) -> Bounds:
+        """Returns the bounding box."""
+        bounds: Bounds = self.whole.bounds()
+        return bounds
+
+    def measure(self) -> float:
+        """Returns the volume [length^3]."""
+        return float(self.whole.measure() - sum(hole.measure() for hole in self.holes))
 
 
 def form_of(shape: DeclaredShape, request: Request) -> Form:
@@ -35,10 +59,24 @@ def form_of(shape: DeclaredShape, request: Request) -> Form:
     """
     reader = READERS.get(type(shape))
     if reader is None:
-        return shape
-    form = reader(shape, request)
-    _require_near(form.bounds(), request)
-    return form
+        whole: Form = shape
+    else:
+        whole = reader(shape, request)
+        _require_near(whole.bounds(), request)
+    if request.grid.dim != 3 or not shape.cavities():
+        return whole
+    whole = shape.model_copy(update={"holes": ()}) if reader is None else whole
+    return WithHoles(whole, tuple(_hole(shape, i, request) for i in range(len(shape.cavities()))))
+
+
+def _hole(shape: DeclaredShape, number: int, request: Request) -> Form:
+    """Returns the form of a hole; refuses it with its own key."""
+    try:
+        return form_of(shape.cavities()[number], request)
+    except BadInput as error:
+        own = f"{request.key}.shape"
+        key = f"{own}.holes[{number}]{error.key.removeprefix(own)}"
+        raise BadInput(error.problem, error.remedy, key=key, value=error.value) from None
 
 
 def _require_near(bounds: Bounds, request: Request) -> None:

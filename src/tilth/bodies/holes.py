@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Material points of a shape with holes: those of the whole shape that are in no hole."""
+"""Material points of a shape with holes in the plane: those that are in no hole."""
 
 from __future__ import annotations
 
@@ -28,21 +28,39 @@ def without_holes(points: BodyPoints, shape: DeclaredShape, request: Request) ->
         shape: the shape.
         request: its resolution.
     """
-    kept = np.ones(len(points.position), dtype=bool)
-    volume = math.fsum(points.volume)
+    within, volume = [], math.fsum(points.volume)
     margin = 2.0 * OUTLINE_TOLERANCE * float(points.half_length.min())
-    for i, hole in enumerate(shape.cavities()):
+    for hole in shape.cavities():
         assert isinstance(hole, HoledShape), "holes are shapes in the plane"
         outline = hole.outline()
-        within = _deep_in(outline, points.position, margin)
-        if not within.any():
+        within.append(_deep_in(outline, points.position, margin))
+        volume -= _volume(outline, hole.whole(), request)
+    return remaining(points, within, volume, request)
+
+
+def remaining(
+    points: BodyPoints, within: list[Flags], volume: float, request: Request
+) -> BodyPoints:
+    """Returns the points that are in no hole, with volumes that sum to one.
+
+    Args:
+        points: of the whole shape, n of them.
+        within: for each hole which points are in it, shape (n,).
+        volume: of the shape without its holes.
+        request: its resolution.
+
+    Raises:
+        BadInput: no point is in a hole, or between the holes.
+    """
+    kept = np.ones(len(points.position), dtype=bool)
+    for i, own in enumerate(within):
+        if not own.any():
             raise request.refused(
                 "no material point lies in this hole, so that the body would not have it",
                 "use more points per cell, a smaller spacing or a finer grid, or leave it out",
                 f"shape.holes[{i}]",
             )
-        kept &= ~within
-        volume -= _volume(outline, hole.whole(), request)
+        kept &= ~own
     if not kept.any():
         raise request.refused(
             "no material point lies between its holes",

@@ -13,7 +13,7 @@ import numpy as np
 from tilth.arrays import Flags, Floats, Integers
 from tilth.bodies.block import Block
 from tilth.bodies.elements import Brick
-from tilth.bodies.forms import Form
+from tilth.bodies.forms import Form, WithHoles
 from tilth.bodies.mesh import Elements
 from tilth.bodies.polyhedron import Polyhedron
 from tilth.bodies.terrain import HeightField
@@ -36,11 +36,17 @@ def inside_of(form: Form) -> Inside:
         Elements: lambda form: inside_mesh(form.blocks),
         HeightField: lambda form: form.inside,
         Polyhedron: lambda form: form.inside,
+        WithHoles: lambda form: _outside(inside_of(form.whole), form.holes),
     }
     whole = tests[type(form)](form)
     if not (isinstance(form, DeclaredShape) and form.cavities()):
         return whole
-    holes = [inside_of(hole) for hole in form.cavities()]
+    return _outside(whole, form.cavities())
+
+
+def _outside(whole: Inside, forms: tuple[Form, ...]) -> Inside:
+    """Returns the test for what is inside, and in none of some forms."""
+    holes = [inside_of(form) for form in forms]
     return lambda position: whole(position) & ~np.any([hole(position) for hole in holes], axis=0)
 
 

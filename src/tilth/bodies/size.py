@@ -89,14 +89,17 @@ def _cells(shape: Form, measure: float, lower: Floats, upper: Floats, grid: Grid
 
 def _points(body: Body, request: Request, measure: float, cells: float) -> float:
     """Returns the number of points of a body that is not a mesh; cells: its size in them."""
+    share = 1.0  # of a box that is left between its holes
+    if isinstance(body.shape, Box):
+        share = measure / body.shape.whole()
     if request.points is not None:
-        return float(np.prod(request.points))
+        return float(np.prod(request.points)) * share
     if request.points_per_cell is not None and request.grid.graded:
         return max(cells * float(np.prod(request.points_per_cell)), 1.0)
     spacing = request.requested_spacing()
     if isinstance(body.shape, Box):
         side = np.subtract(body.shape.upper, body.shape.lower)
-        return float(np.prod(np.maximum(np.rint(side / spacing), 1.0)))
+        return float(np.prod(np.maximum(np.rint(side / spacing), 1.0))) * share
     return max(measure / float(np.prod(spacing)), 1.0)
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from tilth.arrays import Floats, Integers
 from tilth.bodies.block import Block
-from tilth.bodies.forms import Form
+from tilth.bodies.forms import Form, WithHoles
 from tilth.bodies.inside import simplices
 from tilth.bodies.mesh import Elements
 from tilth.bodies.polyhedron import Polyhedron
@@ -70,12 +70,13 @@ def crossings_of(form: Form, place: Floats) -> Crossings:
         Elements: lambda form, place: mesh_crossings(form.blocks, place).found,
         HeightField: _of_height_field,
         Polyhedron: _of_polyhedron,
+        WithHoles: lambda form, place: crossings_of(form.whole, place).found,
     }
     found = list(functions[type(form)](form, place))
-    if isinstance(form, DeclaredShape):
-        for hole in form.cavities():
-            inner = crossings_of(hole, place).found
-            found += [(-sign, line, height) for sign, line, height in inner]
+    holes = form.cavities() if isinstance(form, DeclaredShape) else ()
+    for hole in form.holes if isinstance(form, WithHoles) else holes:
+        inner = crossings_of(hole, place).found
+        found += [(-sign, line, height) for sign, line, height in inner]
     return Crossings(len(place), found)
 
 

@@ -57,7 +57,11 @@ class RegularGrid:
 
 
 def read_grid(
-    file: str, dimension: int, key: str, value_names: tuple[str, ...] = ("value",)
+    file: str,
+    dimension: int,
+    key: str,
+    value_names: tuple[str, ...] = ("value",),
+    or_else: str = "",
 ) -> RegularGrid:
     """Reads a grid: a line with the names of the axes and "value", then a row for each crossing.
 
@@ -66,6 +70,7 @@ def read_grid(
         dimension: axes that the file may name, from the first one.
         key: of the entry in the case file, for messages.
         value_names: names that the last column may have.
+        or_else: what else may be done with rows that are no grid, for the message.
 
     Raises:
         BadInput: the file cannot be read, or has not the value of each crossing once.
@@ -83,11 +88,11 @@ def read_grid(
     example = ",".join((*known, value_names[0]))
     names, table = read_csv(file, key, example, "each crossing", accepted)
     axes = [AXES.index(name) for name in names[:-1]]
-    return _gridded(tuple(axes), table, refused)
+    return _gridded(tuple(axes), table, refused, or_else)
 
 
 def _gridded(
-    axes: tuple[int, ...], table: Floats, refused: Callable[[str, str], BadInput]
+    axes: tuple[int, ...], table: Floats, refused: Callable[[str, str], BadInput], or_else: str
 ) -> RegularGrid:
     """Returns the grid of a table of coordinates and values."""
     found = [np.unique(column, return_inverse=True) for column in table[:, :-1].T]
@@ -111,7 +116,7 @@ def _gridded(
         raise refused(
             f"is no regular grid: its coordinates have {size} crossings, but it has {len(table)} "
             f"rows, and {times} at {place}",
-            "give one row for each combination of the coordinates",
+            f"give one row for each combination of the coordinates{or_else}",
         )
     value = np.empty(len(table))
     value[number] = table[:, -1]

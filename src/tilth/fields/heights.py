@@ -30,7 +30,8 @@ def read_heights(file: str, axes: int, key: str) -> RegularGrid:
         BadInput: the file cannot be read, or is no such grid.
     """
     if not file.lower().endswith(".asc"):
-        return read_grid(file, axes, key, NAMES)
+        scattered = '; or places = "scattered" for survey points' if axes == 2 else ""
+        return read_grid(file, axes, key, NAMES, scattered)
     if axes != 2:
         remedy = "give rows (x, elevation), or a .csv file with the columns x,z"
         raise BadInput("an ASCII grid is for 3D", remedy, key=key, value=file)

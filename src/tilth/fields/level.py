@@ -7,9 +7,11 @@ import numpy as np
 
 from tilth.arrays import Floats
 from tilth.errors import BadInput
+from tilth.fields.grid_file import RegularGrid
 from tilth.fields.heights import read_heights
+from tilth.fields.survey import Survey, read_survey
 from tilth.fields.tables import interpolate, place_text
-from tilth.model.variation import GridFile, Level
+from tilth.model.variation import GridFile, Level, at_survey_points
 
 
 def elevation(level: Level, position: Floats, key: str) -> Floats:
@@ -18,12 +20,11 @@ def elevation(level: Level, position: Floats, key: str) -> Floats:
     key: of the surface in the case file, for messages.
 
     Raises:
-        BadInput: a position beside a polyline or a grid.
+        BadInput: a position beside a polyline, a grid or the survey points.
     """
     dim = position.shape[1]
     if isinstance(level, GridFile):
-        grid = read_heights(level.file, dim - 1, f"{key}.file")
-        height = grid.at(position, f"{key}.file", level.file)
+        height = read_file(level, dim - 1, key).at(position, f"{key}.file", level.file)
         if len(missing := np.flatnonzero(np.isnan(height))):
             raise BadInput(
                 f"the grid has no height at or next to {place_text(position[missing[0], :-1])} "
@@ -38,15 +39,29 @@ def elevation(level: Level, position: Floats, key: str) -> Floats:
     return interpolate(level, position[:, 0], position, "x", key)
 
 
+def read_file(level: GridFile, axes: int, key: str) -> RegularGrid | Survey:
+    """Returns the heights of a file.
+
+    axes: number of horizontal axes. key: of the level in the case file, for messages.
+
+    Raises:
+        BadInput: the file cannot be read, or its heights are not at such places.
+    """
+    read = read_survey if at_survey_points(level) else read_heights
+    return read(level.file, axes, f"{key}.file")
+
+
 def nodes(level: Level, axes: int, axis: int, key: str) -> Floats:
     """Returns the coordinates between which a surface is linear along an axis [length], shape (n,).
+
+    None of survey points, which have no lines.
 
     axes: number of horizontal axes. axis: number of the axis. key: as in `elevation`.
 
     Raises:
         BadInput: as `elevation`.
     """
-    if isinstance(level, GridFile):
+    if isinstance(level, GridFile) and not at_survey_points(level):
         grid = read_heights(level.file, axes, f"{key}.file")
         return grid.lines[grid.axes.index(axis)] if axis in grid.axes else np.zeros(0)
     if isinstance(level, tuple):

@@ -104,6 +104,7 @@ from tilth.model.variation import AlongAxis as AlongAxis
 from tilth.model.variation import ByDepth as ByDepth
 from tilth.model.variation import ByStress as ByStress
 from tilth.model.variation import GridFile as GridFile
+from tilth.model.variation import HeightFile as HeightFile
 from tilth.model.variation import OfPosition as OfPosition
 from tilth.model.variation import Random as Random
 from tilth.model.variation import RandomField as RandomField

@@ -4,16 +4,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, Literal
+from typing import Literal
 
 from tilth.errors import Problem
 from tilth.model.fields import FileName, Name, Positive, Vector
 from tilth.model.shape_base import DeclaredShape
-from tilth.model.variation import Level
 
 
 class FileShape(DeclaredShape):
-    """A shape whose bounds and size are known once its file is read; all below are such."""
+    """A shape whose bounds and size are known once its file is read: all subclasses are such."""
 
 
 class Mesh(FileShape):
@@ -64,61 +63,6 @@ class Outline(FileShape):
         yield from _ending(self.file, (".dxf", ".geojson", ".json"))
         if len(self.origin) != 2:
             yield Problem("origin", "must have two coordinates", "such as [0, 0]", self.origin)
-
-
-class Terrain(FileShape):
-    """Ground between a base and the surface of the terrain, within vertical sides (2D and 3D).
-
-    In 2D the surface is the polyline through its heights. In 3D it is linear between the lines of
-    a grid along each of them (bilinear). All heights are lengths of the case.
-    """
-
-    dimensions = (2, 3)
-
-    type: Literal["terrain"] = "terrain"
-    surface: Level
-    """Elevation of the surface [length]: a number, in 2D also rows (x, elevation), or
-    { file = "heights.csv" } with a grid over the horizontal axes, also an ESRI ASCII grid (.asc).
-    """
-    base: Level
-    """Elevation of the lower side [length], below the surface everywhere; as the surface."""
-    lower: Vector
-    """Least horizontal coordinates [length], shape (dimension - 1,): [x], in 3D [x, y]."""
-    upper: Vector
-    """Greatest horizontal coordinates [length]; surface and base must reach as far."""
-
-    def size_problems(self, dimension: int) -> Iterator[Problem]:
-        """As `DeclaredShape.size_problems`."""
-        for key in ("lower", "upper"):
-            corner = getattr(self, key)
-            if len(corner) != dimension - 1:
-                what = f"has {len(corner)} components, not one for each horizontal axis"
-                yield Problem(key, what, "give [x] in 2D, [x, y] in 3D", corner)
-                return
-        if any(high <= low for low, high in zip(self.lower, self.upper, strict=True)):
-            yield Problem("upper", "must exceed `lower` in every direction", "", self.upper)
-
-    def levels(self) -> dict[str, Any]:
-        """Returns its elevations by key."""
-        return {"surface": self.surface, "base": self.base}
-
-
-class Stl(FileShape):
-    """Body within a closed triangulated surface in an STL file (3D), also with cavities.
-
-    Its points are the centres of the grid's sub-cells inside it. The surface must not pass through
-    itself.
-    """
-
-    dimensions = (3,)
-
-    type: Literal["stl"] = "stl"
-    file: FileName
-    """Path of the .stl file, text or binary, relative to the case file."""
-    scale: Positive
-    """Length in the case for one unit of the file: 1 for the same unit, 0.001 for a file in mm and
-    a case in m.
-    """
 
 
 def _ending(file: str, known: tuple[str, ...]) -> Iterator[Problem]:

@@ -41,8 +41,8 @@ class DeclaredShape(Declared):
         return None
 
     def cavities(self) -> tuple[DeclaredShape, ...]:
-        """Returns the holes in it, shapes in the plane."""
-        return ()
+        """Returns the holes in it, shapes of as many directions."""
+        return tuple(getattr(self, "holes", ()))
 
     def vectors(self) -> dict[str, Any]:
         """Returns the entries that have one component per direction, by key."""

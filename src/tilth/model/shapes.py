@@ -22,6 +22,7 @@ from tilth.model.fields import (
     Entries,
     Face,
     Faces,
+    FileName,
     Matrix,
     Positive,
     Vector,
@@ -30,12 +31,11 @@ from tilth.model.fields import (
 from tilth.model.file_shapes import FileShape
 from tilth.model.file_shapes import Mesh as Mesh
 from tilth.model.file_shapes import Outline as Outline
-from tilth.model.file_shapes import Stl as Stl
-from tilth.model.file_shapes import Terrain as Terrain
 from tilth.model.holes import Disc, HoledShape, Ring, hole_problems
 from tilth.model.problems import rejection
 from tilth.model.shape_base import Bounds as Bounds
 from tilth.model.shape_base import DeclaredShape as DeclaredShape
+from tilth.model.variation import Level
 
 
 class Box(HoledShape):
@@ -54,8 +54,9 @@ class Box(HoledShape):
     axis: Axis | None = None
     """Axis of the rotation; only in 3D, required for a rotated box."""
     holes: Holes = ()
-    """Holes in it, in 2D: boxes, polygons or circles inside the outline, apart from each other;
-    none if not given.
+    """Holes in it: in 2D boxes, polygons or circles inside the outline, apart from each other; in
+    3D boxes, cylinders, spheres or bodies in STL files inside it, which may touch its surface and
+    each other; none if not given.
     """
 
     @model_validator(mode="after")
@@ -201,18 +202,7 @@ class Circle(HoledShape):
         return self.centre[0] == 0.0
 
 
-if TYPE_CHECKING:
-    Hole = HoledShape
-else:
-    Hole = Annotated[
-        Box | Polygon | Circle,
-        Field(discriminator="type"),
-        chosen_by("type", Box, Polygon, Circle),
-    ]
-Holes = Annotated[Sequence[Hole], Entries, AsTuple]
-
-
-class Cylinder(DeclaredShape):
+class Cylinder(HoledShape):
     """Solid or hollow cylinder along a coordinate axis (3D), or a half or quarter of it."""
 
     dimensions = (3,)
@@ -232,6 +222,10 @@ class Cylinder(DeclaredShape):
     """Sides of its axis with material, such as ["x+", "y+"] for a quarter between planes of
     symmetry; all if not given.
     """
+    holes: Holes = ()
+    """Holes in it: boxes, cylinders, spheres or bodies in STL files inside it, which may
+    touch its surface and each other; none if not given.
+    """
 
     @model_validator(mode="after")
     def _is_a_tube_or_a_part(self) -> Any:
@@ -239,7 +233,7 @@ class Cylinder(DeclaredShape):
         if along := [side for side in self.sides or () if side[0] == self.axis]:
             remedy = "leave it out: `centre` and `height` give the ends of the cylinder"
             problems.append(Problem("sides", f"{along[0]} is along the axis", remedy, self.sides))
-        if problems:
+        if problems := problems or hole_problems(self):
             raise rejection(problems)
         return self
 
@@ -251,8 +245,8 @@ class Cylinder(DeclaredShape):
         rise = [self.height if i == along else 0.0 for i in range(3)]
         return lower, tuple(high + r for high, r in zip(upper, rise, strict=True))
 
-    def measure(self) -> float:
-        """Returns the volume [length^3]."""
+    def whole(self) -> float:
+        """As `HoledShape.whole`."""
         ring = math.pi * (self.radius**2 - (self.inner_radius or 0.0) ** 2)
         return 0.5 ** len(self.sides or ()) * ring * self.height
 
@@ -261,7 +255,7 @@ class Cylinder(DeclaredShape):
         return {"centre": self.centre}
 
 
-class Sphere(DeclaredShape):
+class Sphere(HoledShape):
     """Solid or hollow sphere (3D), or a half, quarter or octant of it."""
 
     dimensions = (3,)
@@ -277,10 +271,15 @@ class Sphere(DeclaredShape):
     """Sides of its centre with material, such as ["x+", "y+", "z+"] for an octant between planes of
     symmetry; all if not given.
     """
+    holes: Holes = ()
+    """Holes in it: boxes, cylinders, spheres or bodies in STL files inside it, which may
+    touch its surface and each other; none if not given.
+    """
 
     @model_validator(mode="after")
     def _is_a_shell_or_a_part(self) -> Any:
-        if problems := _round_problems(self.radius, self.inner_radius, self.sides):
+        problems = _round_problems(self.radius, self.inner_radius, self.sides)
+        if problems := problems or hole_problems(self):
             raise rejection(problems)
         return self
 
@@ -288,14 +287,102 @@ class Sphere(DeclaredShape):
         """Returns the bounding box."""
         return _around(self.centre, [self.radius] * 3, self.sides)
 
-    def measure(self) -> float:
-        """Returns the volume [length^3]."""
+    def whole(self) -> float:
+        """As `HoledShape.whole`."""
         cubes = self.radius**3 - (self.inner_radius or 0.0) ** 3
         return 0.5 ** len(self.sides or ()) * 4.0 / 3.0 * math.pi * cubes
 
     def vectors(self) -> dict[str, Any]:
         """As `DeclaredShape.vectors`."""
         return {"centre": self.centre}
+
+
+class Terrain(FileShape):
+    """Ground between a base and the surface of the terrain, within vertical sides (2D and 3D).
+
+    In 2D the surface is the polyline through its heights. In 3D it is linear between the lines of
+    a grid along each of them (bilinear), or on the triangles between survey points. All heights are
+    lengths of the case.
+    """
+
+    dimensions = (2, 3)
+
+    type: Literal["terrain"] = "terrain"
+    surface: Level
+    """Elevation of the surface [length]: a number, in 2D also rows (x, elevation), or
+    { file = "heights.csv" } with a grid over the horizontal axes, also an ESRI ASCII grid (.asc),
+    or in 3D survey points at any places, { file = "survey.csv", places = "scattered" }.
+    """
+    base: Level
+    """Elevation of the lower side [length], below the surface everywhere; as the surface."""
+    lower: Vector
+    """Least horizontal coordinates [length], shape (dimension - 1,): [x], in 3D [x, y]."""
+    upper: Vector
+    """Greatest horizontal coordinates [length]; surface and base must reach as far."""
+    holes: Holes = ()
+    """Holes in it, in 3D: boxes, cylinders, spheres or bodies in STL files inside it, which may
+    touch its surface and each other; none if not given.
+    """
+
+    @model_validator(mode="after")
+    def _has_holes_inside(self) -> Any:
+        if problems := hole_problems(self, len(self.lower) + 1):
+            raise rejection(problems)
+        return self
+
+    def size_problems(self, dimension: int) -> Iterator[Problem]:
+        """As `DeclaredShape.size_problems`."""
+        for key in ("lower", "upper"):
+            corner = getattr(self, key)
+            if len(corner) != dimension - 1:
+                what = f"has {len(corner)} components, not one for each horizontal axis"
+                yield Problem(key, what, "give [x] in 2D, [x, y] in 3D", corner)
+                return
+        if any(high <= low for low, high in zip(self.lower, self.upper, strict=True)):
+            yield Problem("upper", "must exceed `lower` in every direction", "", self.upper)
+
+    def levels(self) -> dict[str, Any]:
+        """Returns its elevations by key."""
+        return {"surface": self.surface, "base": self.base}
+
+
+class Stl(FileShape):
+    """Body within a closed triangulated surface in an STL file (3D), also with cavities.
+
+    Its points are the centres of the grid's sub-cells inside it. The surface must not pass through
+    itself.
+    """
+
+    dimensions = (3,)
+
+    type: Literal["stl"] = "stl"
+    file: FileName
+    """Path of the .stl file, text or binary, relative to the case file."""
+    scale: Positive
+    """Length in the case for one unit of the file: 1 for the same unit, 0.001 for a file in mm and
+    a case in m.
+    """
+    holes: Holes = ()
+    """Holes in it, beside cavities in the file: boxes, cylinders, spheres or bodies in STL files
+    inside it, which may touch its surface and each other; none if not given.
+    """
+
+    @model_validator(mode="after")
+    def _has_holes_inside(self) -> Any:
+        if problems := hole_problems(self):
+            raise rejection(problems)
+        return self
+
+
+if TYPE_CHECKING:
+    Hole = DeclaredShape
+else:
+    Hole = Annotated[
+        Box | Polygon | Circle | Cylinder | Sphere | Stl,
+        Field(discriminator="type"),
+        chosen_by("type", Box, Polygon, Circle, Cylinder, Sphere, Stl),
+    ]
+Holes = Annotated[Sequence[Hole], Entries, AsTuple]
 
 
 SHAPES: tuple[type[DeclaredShape], ...] = (

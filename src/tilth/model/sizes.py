@@ -18,7 +18,14 @@ from tilth.model.shapes import SHAPES, DeclaredShape, Terrain
 from tilth.model.staging import loading_stages
 from tilth.model.surface import SurfaceLoad
 from tilth.model.track import Track
-from tilth.model.variation import AlongAxis, ByDepth, Random, Variation, variations
+from tilth.model.variation import (
+    AlongAxis,
+    ByDepth,
+    Random,
+    Variation,
+    at_survey_points,
+    variations,
+)
 
 if TYPE_CHECKING:
     from tilth.model.model import Model
@@ -132,11 +139,19 @@ def _forces(model: Model) -> Iterator[Problem]:
 
 
 def _levels(model: Model) -> Iterator[Problem]:
-    """Polylines in 3D, where a surface is a number or a grid."""
+    """Polylines in 3D, where a surface is a number or a file; survey points where none may be."""
     for key, level in levels(model):
         if model.dimension == 3 and isinstance(level, tuple):
             remedy = 'give a number, or { file = "surface.csv" } with the columns x,y,value'
             yield Problem(key, "a polyline of rows (x, elevation) is for 2D", remedy, level)
+        if at_survey_points(level):
+            if model.dimension == 2:
+                remedy = "leave it out: in 2D the rows x,z of a file need no order"
+                yield Problem(f"{key}.places", "is for 3D", remedy, level.places)
+            elif key.endswith("level"):
+                remedy = "give a number, or a grid: a level of water goes on beyond its ends"
+                what = "survey points give no level of water"
+                yield Problem(f"{key}.places", what, remedy, level.places)
 
 
 def levels(model: Model) -> Iterator[tuple[str, Any]]:

@@ -77,16 +77,31 @@ class GridFile(Declared):
     """
 
 
+class HeightFile(GridFile):
+    """Heights over the horizontal axes in a file: on a grid, or at survey points."""
+
+    places: Literal["grid", "scattered"] = "grid"
+    """Where the heights of the file are: at the crossings of a "grid", or at "scattered" survey
+    points (3D, a .csv file x,y,z, not of water). Between survey points the surface consists of
+    the triangles of Delaunay and ends at their convex hull; a place has one height.
+    """
+
+
 def _level(value: Any) -> Any:
     if isinstance(value, GridFile):
         return value
     if isinstance(value, Mapping):
-        return _declared(GridFile, value)
+        return _declared(HeightFile, value)
     return real(value) if as_list(value) is None else _polyline(value)
 
 
-Level = Annotated[float | Sequence[Sequence[float]] | GridFile, PlainValidator(_level)]
-"""Elevation of a surface: a number, in 2D the rows (x, elevation) of a polyline, or a grid."""
+Level = Annotated[float | Sequence[Sequence[float]] | HeightFile, PlainValidator(_level)]
+"""Elevation of a surface: a number, in 2D the rows (x, elevation) of a polyline, or a file."""
+
+
+def at_survey_points(level: Any) -> bool:
+    """Returns whether a level is given by heights at scattered survey points."""
+    return isinstance(level, HeightFile) and level.places == "scattered"
 
 
 class ByDepth(Declared):

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from pathlib import Path
 
+from tilth.model.shape_base import DeclaredShape
 from tilth.model.variation import (
     AlongAxis,
     ByDepth,
@@ -49,6 +50,12 @@ def elevation(level: Level, unit: str) -> str:
         heights = [height for _, height in level]
         return f"a polyline between {min(heights):g} and {max(heights):g} {unit}".rstrip()
     return f"{level:g} {unit}".rstrip()
+
+
+def shape_text(shape: DeclaredShape) -> str:
+    """Returns the type of a shape, and how many holes it has."""
+    holes = len(shape.cavities())
+    return shape.type + (f" with {holes} hole{'s' if holes > 1 else ''}" if holes else "")
 
 
 def vector(components: Iterable[float]) -> str:

@@ -11,7 +11,7 @@ from tilth.model.grading import along_axes, largest, smallest
 from tilth.model.loads import Load
 from tilth.model.stages import Stage
 from tilth.model.staging import moves
-from tilth.report.amounts import cells_text, elevation, vector
+from tilth.report.amounts import cells_text, elevation, shape_text, vector
 
 
 def load_name(number: int, load: Load) -> str:
@@ -91,7 +91,7 @@ def _rows_of(model: Model, stage: Stage) -> Iterator[str]:
         if names := getattr(stage, key):
             yield f"{key}s {', '.join(f'{_kind(name, model)} {name}' for name in names)}"
     for region in stage.excavate:
-        yield f"excavates a {region.shape.type} of {region.body}"
+        yield f"excavates a {shape_text(region.shape)} of {region.body}"
     for old, new in stage.materials.items():
         yield f"exchanges the material {old} for {new}"
     if stage.water is not None:

@@ -34,7 +34,7 @@ from tilth.model.geometry import Geometry
 from tilth.model.loads import Load
 from tilth.model.materials import Material
 from tilth.model.schedule import Schedule
-from tilth.report.amounts import amount, cells_text, elevation, vector
+from tilth.report.amounts import amount, cells_text, elevation, shape_text, vector
 from tilth.report.contact_texts import body_text, laws_text, pair_text
 from tilth.report.initial import equilibrium_before, initial_stress
 from tilth.report.setup import Setup
@@ -134,7 +134,7 @@ def _schedule(schedule: Schedule) -> str:
 def _body(body: Body, points: int) -> str:
     update = f", domains by {body.domain_update}" if body.domain_update else ""
     return (
-        f"{body.name}: {body.shape.type} of {', '.join(body.materials)}, {points} points, "
+        f"{body.name}: {shape_text(body.shape)} of {', '.join(body.materials)}, {points} points, "
         f"{body.basis} basis{update}"
     )
 

@@ -34,6 +34,7 @@ def outline(
     cell_size: npt.ArrayLike,
     spacing: float | None = None,
     corner_angle: float = CORNER_ANGLE,
+    origin: npt.ArrayLike = (0.0, 0.0),
 ) -> list[Chain]:
     """Returns the chains of points along a body's outline, outer ones first, then holes.
 
@@ -49,12 +50,14 @@ def outline(
             not given.
         corner_angle: turning angle [degrees] above which a vertex of a polygon or a mesh is a
             corner.
+        origin: of the grid [length], shape (2,).
 
     Raises:
         BadInput: the body has no outline in the plane, or its mesh cannot be read.
     """
     cell = np.asarray(cell_size, dtype=float)
-    request = Request(body.name, kind == "axisymmetric", Grid(np.zeros_like(cell), cell))
+    grid = Grid(np.asarray(origin, dtype=float), cell)
+    request = Request(body.name, kind == "axisymmetric", grid)
     if 2 not in body.shape.dimensions or len(cell) != 2:
         raise request.refused(
             f"a {body.shape.type} has no outline in the plane",

@@ -13,7 +13,9 @@ import numpy.typing as npt
 
 from tilth.arrays import Floats, Integers
 from tilth.bodies.block import Block
-from tilth.bodies.forms import form_of
+from tilth.bodies.forms import WithHoles, form_of
+from tilth.bodies.holes_in_space import deep_inside
+from tilth.bodies.inside import inside_of
 from tilth.bodies.mesh import Elements
 from tilth.bodies.polyhedron import Polyhedron
 from tilth.bodies.request import Request
@@ -37,6 +39,8 @@ from tilth.surface.triangles import Triangles
 
 # Largest ratio of an edge, such as the diagonal of a square, to the spacing along rows of vertices.
 LONGEST_EDGE_RATIO = 1.5
+# A hole nearer to another surface than this, over the spacing, touches it.
+TOUCH = 1e-6
 # Corners of the faces of a tetrahedron and of a hexahedron, anticlockwise seen from inside.
 FACES = {
     "tetrahedron": [[0, 1, 2], [0, 3, 1], [1, 3, 2], [0, 2, 3]],
@@ -47,27 +51,33 @@ FACES = {
 }
 
 
-def outline_3d(body: Body, cell_size: npt.ArrayLike, spacing: float | None = None) -> Triangles:
+def outline_3d(
+    body: Body,
+    cell_size: npt.ArrayLike,
+    spacing: float | None = None,
+    origin: npt.ArrayLike = (0.0, 0.0, 0.0),
+) -> Triangles:
     """Returns the closed surface of a body; its normals point into the soil.
 
     Vertices of round surfaces lie on them. The parts have names: of a box "x-" to "z+", along its
     own axes; of a cylinder "side", "low" and "high", of a tube "inner" as well; of a sphere
     "surface", of a shell "outer" and "inner"; of a mesh or an STL file "surface"; of a terrain
-    "top", "base", and "x-" to "y+". Where `sides` cuts a cylinder or
-    sphere at a plane through its centre normal to x, y or z, the part is "cut x", "cut y" or
-    "cut z": a plane of symmetry, which is no surface of the soil.
+    "top", "base", and "x-" to "y+"; of the first hole the same with "hole 1 " before. Where `sides`
+    cuts a cylinder or sphere at a plane through its centre normal to x, y or z, the part is
+    "cut x", "cut y" or "cut z": a plane of symmetry, which is no surface of the soil.
 
     Args:
         body: a body in space.
         cell_size: sides of a cell [length], shape (3,).
         spacing: largest distance of vertices along their rows [length]; half of a cell's smallest
             side if not given. Edges between rows are at most 1.5 times as long.
+        origin: of the grid [length], shape (3,).
 
     Raises:
         BadInput: the body has no such surface, or its mesh cannot be read.
     """
     cell = np.asarray(cell_size, dtype=float)
-    request = Request(body.name, False, Grid(np.zeros_like(cell), cell))
+    request = Request(body.name, False, Grid(np.asarray(origin, dtype=float), cell))
     if 3 not in body.shape.dimensions or body.shape.dimension == 2 or len(cell) != 3:
         raise request.refused(
             f"a {body.shape.type} has no surface in space",
@@ -77,6 +87,35 @@ def outline_3d(body: Body, cell_size: npt.ArrayLike, spacing: float | None = Non
     size = 0.5 * float(cell.min()) if spacing is None else spacing
     form = form_of(body.shape, request)
     return FORMS[type(form)](form, request, size)
+
+
+def _with_holes(form: WithHoles, request: Request, spacing: float) -> Triangles:
+    """Returns the surface of a form and those of the holes in it, turned over."""
+    outer = FORMS[type(form.whole)](form.whole, request, spacing)
+    shifts = TOUCH * spacing * np.vstack([np.eye(3), -np.eye(3)])
+    surfaces, parts, numbers = [outer], list(outer.part), [outer.part_number]
+    for i, hole in enumerate(form.holes):
+        inner = FORMS[type(hole)](hole, request, spacing)
+        touches = not deep_inside(form.whole, inner.vertices, TOUCH * spacing).all()
+        for other in form.holes[:i]:
+            inside = inside_of(other)
+            touches |= any(inside(inner.vertices + shift).any() for shift in shifts)
+        if touches:
+            raise request.refused(
+                "a hole that touches the surface of its body or another hole has no surface",
+                "keep it apart from them, or leave `surface` out of the body",
+                f"shape.holes[{i}]",
+            )
+        numbers.append(inner.part_number + len(parts))
+        parts += [f"hole {i + 1} {part}" for part in inner.part]
+        surfaces.append(Triangles(inner.vertices, inner.triangle[:, ::-1]))
+    first = np.cumsum([0, *(len(each.vertices) for each in surfaces[:-1])])
+    return Triangles(
+        np.concatenate([each.vertices for each in surfaces]),
+        np.concatenate([each.triangle + f for each, f in zip(surfaces, first, strict=True)]),
+        parts,
+        np.concatenate(numbers),
+    )
 
 
 def _box(shape: Box, _: Request, spacing: float) -> Triangles:
@@ -198,15 +237,15 @@ def _cut(face: list[int], vertices: Floats) -> list[list[int]]:
 def _height_field(form: HeightField, _: Request, spacing: float) -> Triangles:
     """Returns the triangles between rows of vertices on both surfaces and on the vertical sides."""
     axes = [
-        np.linspace(line[0], line[-1], number_of_parts(float(np.ptp(line)), spacing) + 1)
-        for line in form.lines
+        np.linspace(low, high, number_of_parts(high - low, spacing) + 1)
+        for low, high in zip(form.lower.tolist(), form.upper.tolist(), strict=True)
     ]
     place = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
     base, top = (
         np.concatenate([place, z.reshape(*place.shape[:2], 1)], axis=2)
         for z in form.heights(place.reshape(-1, 2))
     )
-    rows = number_of_parts(float((form.top - form.base).max()), spacing)
+    rows = number_of_parts(float((top - base)[..., 2].max()), spacing)
     panels = [
         triangulate_rows("base", list(base.swapaxes(0, 1))),
         triangulate_rows("top", list(top.swapaxes(0, 1))).flipped(),
@@ -233,4 +272,5 @@ FORMS: dict[type, Callable[[Any, Request, float], Triangles]] = {
     Elements: _mesh,
     HeightField: _height_field,
     Polyhedron: _polyhedron,
+    WithHoles: _with_holes,
 }

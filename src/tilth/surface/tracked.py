@@ -385,7 +385,7 @@ def _declared_chains(body: Body, model: Model, spacing: float, key: str) -> list
     assert surface is not None
     if surface.vertices is None:
         kind, angle = model.analysis.kind, surface.corner_angle
-        return outline(body, kind, model.cell_size, spacing, angle)
+        return outline(body, kind, model.cell_size, spacing, angle, model.origin)
     vertices = np.array(surface.vertices)
     try:
         corner = sharp_corners(vertices, surface.closed, surface.corner_angle)

@@ -55,7 +55,7 @@ class TrackedSolidSurface:
         assert body.surface is not None
         self.name = body.name
         self._spacing = body.surface.spacing or 0.5 * min(model.cell_size)
-        triangles = outline_3d(body, model.cell_size, self._spacing)
+        triangles = outline_3d(body, model.cell_size, self._spacing, model.origin)
         self.triangles = TrackedTriangles(triangles, triangles.vertices)
         self._loads: dict[int, SurfaceLoad] = {}
         self._clipped: dict[int, tuple[int, ClippedTriangles]] = {}
