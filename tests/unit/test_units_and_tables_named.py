@@ -94,12 +94,12 @@ def test_the_summary_has_the_unit_weights_and_the_picture_one_pipe() -> None:
 
 
 @pytest.mark.slow
-def test_a_free_body_without_a_load_is_named_where_the_start_has_no_equilibrium(
+def test_a_free_body_is_named_where_the_start_has_no_equilibrium(
     tmp_path: Path,
 ) -> None:
     """The pipe touches clay that cannot bear its own weight between free sides."""
     soil = material_entries("tresca", density=0.1, undrained_shear_strength=0.001)
-    given = with_pipe(displacement={"x": 0.0}, force={"y": -0.1})
+    given = with_pipe(displacement={"x": 0.0}, force={"y": [[0, -0.1], [1, -0.1]]})
     given["rigid_bodies"][0].update(
         geometry={**PIPE["geometry"], "centre": [1.0, 2.5]}, centre=[1.0, 2.5]
     )
@@ -109,4 +109,4 @@ def test_a_free_body_without_a_load_is_named_where_the_start_has_no_equilibrium(
     given["boundaries"] = rollers("plane_strain", sides=False)
     with pytest.raises(AnalysisFailed) as failure:
         run(Model.from_dict({**given, "output": {"report": False}}), tmp_path / "out", quiet=True)
-    assert "the rigid body 'pipe' is free to move" in failure.value.remedy
+    assert "weight of the free rigid body 'pipe'" in failure.value.remedy

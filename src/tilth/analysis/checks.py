@@ -19,8 +19,11 @@ if TYPE_CHECKING:
     from tilth.analysis.simulation import Simulation
 
 
-def check_first_step(simulation: Simulation) -> ActiveGrid:
+def check_first_step(simulation: Simulation, in_advance: bool = False) -> ActiveGrid:
     """Checks the conditions of the first step, and notes warnings of the model; returns its grid.
+
+    in_advance: whether it is that of a later stage, with soil that has not moved yet. Where rigid
+        bodies are in the soil is then left to the check at the start of the stage.
 
     Raises:
         BadInput: contradicting conditions, a rigid-body motion that none of them prevents, a
@@ -28,7 +31,8 @@ def check_first_step(simulation: Simulation) -> ActiveGrid:
     """
     model = simulation.model
     require_wet_densities(model, simulation.points)
-    require_outside(simulation.contact_surfaces, simulation.points)
+    if not in_advance:
+        _require_outside(simulation)
     first = model.schedule.regular_time(1)
     try:
         step = simulation.prepare(0.0, first)
@@ -38,7 +42,9 @@ def check_first_step(simulation: Simulation) -> ActiveGrid:
             "move the body, or widen grid.limits",
             key="bodies",
         ) from failure
-    require_soil_in_reach(simulation.bodies, step.constraints.contacts, first)
+    if not in_advance:
+        contacts = step.constraints.contacts
+        require_soil_in_reach(simulation.bodies, contacts, first, model.rigid_body_keys())
     for boundary in simulation.implicit:
         boundary.require_soil(simulation.points.position)
     times = [*table_times(model), *simulation.waves.peak_times(model.schedule.end)]
@@ -51,6 +57,17 @@ def check_first_step(simulation: Simulation) -> ActiveGrid:
             step.active, simulation.kind, step.conditions.constrained, step.constraints
         )
     require_near_soil(model, simulation.surfaces, step.active)
-    for key, text in warnings_of(simulation):
+    for key, text in warnings_of(simulation, in_advance):
         simulation.run_warnings.note(key, text)
     return step.active
+
+
+def _require_outside(simulation: Simulation) -> None:
+    """Checks that no soil is inside a rigid body that begins with this stage."""
+    stage = simulation.model.stage
+    surfaces = [
+        surface
+        for surface in simulation.contact_surfaces
+        if surface.body is not None and stage.begins(surface.body.name)
+    ]
+    require_outside(surfaces, simulation.points, has_moved=stage.number > 0)

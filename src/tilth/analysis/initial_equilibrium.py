@@ -19,6 +19,8 @@ from tilth.analysis.simulation import Simulation
 from tilth.analysis.step import Equilibrium
 from tilth.analysis.step_result import PreparedStep, StepResult, result_of
 from tilth.arrays import Floats
+from tilth.boundaries.contact.forces import AssembledContact
+from tilth.boundaries.contact.rigid_body import RigidBody
 from tilth.comm import together
 from tilth.errors import AnalysisFailed, BadInput, StepFailed
 from tilth.fields.tables import place_text
@@ -185,16 +187,29 @@ class _Search:
         self.iterations = self.parts = self.corrections = 0
         self.first_residual = 0.0
         self._last_residual = np.inf
+        self._is_down = False  # whether bodies have come down on the soil
+        self._flying: list[RigidBody] = []
 
     def run(self) -> tuple[StepResult, float]:
         """Finds equilibrium; returns the forces and the residual of the undisplaced soil."""
+        try:
+            self._flying = self._flying_bodies()
+            return self._equilibrium()
+        finally:
+            self._flying = []
+            self._load_bodies(1.0)
+
+    def _equilibrium(self) -> tuple[StepResult, float]:
         simulation = self._simulation
         first = True
         while True:
+            self._load_bodies(1.0)
             step = simulation.prepare(0.0, 0.0)
             soil = simulation.soil_on(step.active)
             withheld = _Withheld(step.active)
             balance = Balance(step.active, [*simulation.terms(step, soil), withheld])
+            if not self._is_down and self._come_down(balance):
+                continue
             constrained = step.conditions.constrained
             residual = Residual(balance, constrained)
             zero = np.zeros_like(step.conditions.increment)
@@ -214,11 +229,41 @@ class _Search:
             unbalanced = np.where(constrained, 0.0, now.forces.residual)
             withheld.withheld = (1.0 - share) * unbalanced
             try:
+                self._load_bodies(1.0 - (1.0 - share) * self._left)
                 self._advance(step, soil, balance)
             except StepFailed as failure:
                 self._cut(failure)
                 continue
             self._accept(share, residual, now)
+
+    def _come_down(self, balance: Balance) -> bool:
+        """Moves loaded bodies down on the soil, without forces; returns whether any has moved."""
+        self._is_down = True
+        moved = False
+        for term in balance.terms:
+            if isinstance(term, AssembledContact) and term.body is not None:
+                way = term.way_down()
+                term.body.come_down(way)
+                moved |= bool(way.any())
+        return moved
+
+    def _load_bodies(self, share: float) -> None:
+        """Lets a share of the forces on the rigid bodies act, but for those that move freely."""
+        for body in self._simulation.bodies:
+            body.load_share = 0.0 if body in self._flying else share
+
+    def _flying_bodies(self) -> list[RigidBody]:
+        """Returns the bodies with inertia that begin with a velocity or off the soil."""
+        simulation = self._simulation
+        if simulation.declared_dynamics is None:
+            return []
+        contacts = simulation.prepare(0.0, 0.0).constraints.contacts
+        return [
+            body
+            for body in simulation.bodies
+            if body.free.any()
+            and (body.is_moving or not any(c.touches for c in contacts if c.boundary.body is body))
+        ]
 
     def _settled(self, residual: Residual, now: State) -> bool:
         simulation, last = self._simulation, self._last_residual
@@ -237,7 +282,10 @@ class _Search:
         return 1.0 if self._left <= self._size * (1.0 + 1e-9) else self._size / self._left
 
     def _advance(self, step: PreparedStep, soil: Soil, balance: Balance) -> None:
-        """Finds equilibrium with the applied part, then puts the soil back."""
+        """Finds equilibrium with the applied part, then puts soil and rigid bodies back.
+
+        What springs hold of a body stays where it has come to.
+        """
         simulation = self._simulation
         equilibrium = simulation.solve(step, soil, balance, self._on_iteration, NEWTON_RESIDUAL)
         self.iterations += equilibrium.iterations
@@ -247,8 +295,11 @@ class _Search:
         kept = {name: getattr(points, name).copy() for name in _KEPT}
         if self._left == 0.0:
             kept["elastic_share"] = points.elastic_share.copy()
+        places = [body.place_now() for body in simulation.bodies]
         balance.commit(equilibrium.displacement)
         put_back(points, kept)
+        for body, place in zip(simulation.bodies, places, strict=True):
+            body.put_back(place)
 
     def _accept(self, share: float, residual: Residual, before: State) -> None:
         if self._left == 0.0:
@@ -276,12 +327,12 @@ class _Search:
             simulation = self._simulation
             place = simulation.distribution.place(simulation.points, failure.point)
             where = f", at the point {failure.point} at {place_text(place)}"
-        free = [body.name for body in self._simulation.bodies if body.free.any()]
+        loaded = [each.name for each in self._simulation.bodies if each.is_loaded(0.0)]
         loose = ""
-        if free:
+        if loaded:
             loose = (
-                f"; the rigid body {free[0]!r} is free to move: its forces at time 0 are in the "
-                "search as well, and one that bears no force yet is held by nothing"
+                f"; the weight of the free rigid body {loaded[0]!r} and the forces on it at time 0 "
+                "are in the search as well: the soil must bear them in each free component"
             )
         applied = "" if self._left == 0.0 else f", with {1.0 - self._left:.1%} of it applied"
         return AnalysisFailed(

@@ -56,27 +56,29 @@ ROUND_OFF = 1e-9
 """Share of a cell that does not count."""
 
 
-def warnings_of(simulation: Simulation) -> Iterator[tuple[str, str]]:
+def warnings_of(simulation: Simulation, in_advance: bool = False) -> Iterator[tuple[str, str]]:
     """Yields the warnings of a model before its first step: what each is about, and its text.
 
     Those of a stage name it; they are of the soil as it was declared. The simulation must have
     prepared its first step.
 
+    in_advance: see `check_first_step`.
+
     Raises:
         BadInput: the mesh of a body cannot be read.
     """
     stage = simulation.model.stage.name
-    for key, text in _warnings_of(simulation):
+    for key, text in _warnings_of(simulation, in_advance):
         place, _, rest = text.partition(": ")
         yield key, f"{place}: in the stage {stage!r}: {rest}" if stage else text
 
 
-def _warnings_of(simulation: Simulation) -> Iterator[tuple[str, str]]:
+def _warnings_of(simulation: Simulation, in_advance: bool) -> Iterator[tuple[str, str]]:
     model, points = simulation.model, simulation.undeformed()
     if model.stage.number == 0:  # later ones begin with stresses
         yield from _no_cause(model)
     yield from _overlaps(model, points)
-    yield from _behind(simulation)
+    yield from _behind(simulation, in_advance)
     yield from _far_positions(model, points, simulation.grid)
     yield from _long_parts(simulation)
     yield from _locking(model, points)
@@ -179,13 +181,13 @@ def _overlaps(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]
         )
 
 
-def _behind(simulation: Simulation) -> Iterator[tuple[str, str]]:
+def _behind(simulation: Simulation, in_advance: bool) -> Iterator[tuple[str, str]]:
     """Soil that begins behind an implicit boundary or inside a rigid shape."""
     points, grid = simulation.points, simulation.grid
     stage = simulation.model.stage
     for boundary in simulation.implicit:
-        known = stage.declared is not None and boundary.name not in stage.declared.activate
-        if stage.number > 0 and known:
+        is_rigid = boundary.body_name is not None
+        if not stage.begins(boundary.body_name or boundary.name) or (is_rigid and in_advance):
             continue
         behind, depth = points_behind(boundary, points, 0.0, grid)
         if len(behind) == 0:

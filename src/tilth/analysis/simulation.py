@@ -317,13 +317,13 @@ class Simulation:
                 self._ghost.keep_forces()
             self.axis.restore(last.axis.state())
 
-    def check(self) -> ActiveGrid:
-        """Checks the conditions of the first step; returns its grid.
+    def check(self, in_advance: bool = False) -> ActiveGrid:
+        """Checks the conditions of the first step as `check_first_step`; returns its grid.
 
         Raises:
             BadInput: see `check_first_step`.
         """
-        return check_first_step(self)
+        return check_first_step(self, in_advance)
 
     def soil_on(self, active: ActiveGrid) -> Soil:
         """Returns the soil on the grid of a step."""

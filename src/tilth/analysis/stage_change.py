@@ -251,8 +251,13 @@ def _contact_so_far(balance: Balance, kept: KeptContact | None) -> Floats:
     return np.asarray(now + sum((term.carried_force() for term in pressing), zero))
 
 
-def checked_next_stage(last: Simulation, model: Model, initial: MaterialPoints) -> Simulation:
+def checked_next_stage(
+    last: Simulation, model: Model, initial: MaterialPoints, in_advance: bool = False
+) -> Simulation:
     """As `next_stage`, with the first step's conditions checked and out-of-balance forces found.
+
+    in_advance: whether the stage is only looked at, with soil that has not moved yet. No forces are
+        found then, see `check_first_step` for the conditions.
 
     Raises:
         BadInput: as `next_stage` and `Simulation.check`.
@@ -264,8 +269,9 @@ def checked_next_stage(last: Simulation, model: Model, initial: MaterialPoints) 
         kept = None
     simulation = next_stage(last, model, initial)
     try:
-        simulation.check()
-        release_out_of_balance(simulation, kept)
+        simulation.check(in_advance)
+        if not in_advance:
+            release_out_of_balance(simulation, kept)
     except StepFailed as failure:
         raise BadInput(
             f"the stage cannot begin: {failure.reason}",

@@ -162,6 +162,8 @@ class StagedAnalysis:
     def starts(self) -> Iterator[tuple[Simulation, ActiveGrid]]:
         """Goes through the stages with the undeformed soil and checks the first step of each.
 
+        What needs the soil as it will be is checked by `enter_next`.
+
         Yields:
             The simulation at the start of each stage and the grid of its first step. Only the
             first one may be used after the next one is asked for.
@@ -180,7 +182,7 @@ class StagedAnalysis:
             simulation = Simulation(self.models[0], initial=self._initial[0])
             simulation.run_warnings.go_on_from(self.simulation.run_warnings)
             for model, initial in zip(self.models[1:], self._initial[1:], strict=True):
-                simulation = checked_next_stage(simulation, model, initial)
+                simulation = checked_next_stage(simulation, model, initial, in_advance=True)
                 yield simulation, simulation.locate(0.0)
 
     def check(self) -> ActiveGrid:

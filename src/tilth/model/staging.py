@@ -71,6 +71,10 @@ class StageOfModel:
         """Name of the stage; empty in a model without stages."""
         return "" if self.declared is None else self.declared.name
 
+    def begins(self, name: str) -> bool:
+        """Returns whether a boundary or rigid body that is there was not in the stage before."""
+        return self.number == 0 or self.declared is None or name in self.declared.activate
+
 
 def loading_stages(model: Model) -> list[tuple[int, Stage]]:
     """Returns the stages of the type "loading" with their indices among all stages."""

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -26,9 +26,20 @@ UNSEEN = 0.1
 """Depth in cells by which no material point may get behind a part of a surface in a step at whose
 start this part had no soil within `REACH`, so that nothing held the point."""
 
+_IN_SOIL = "cut its shape out of the soil body and give `wished_in_place = true`"
 
-def require_outside(surfaces: Sequence[ContactSurface], points: MaterialPoints) -> None:
+_IN_MOVED_SOIL = (
+    "`excavate` its shape in this stage; its place is that in the soil as the results show it at "
+    "the end of the stage before, from which `tilth run CASE.toml --from DIR:STAGE` goes on"
+)
+
+
+def require_outside(
+    surfaces: Sequence[ContactSurface], points: MaterialPoints, has_moved: bool = False
+) -> None:
     """Checks that no soil begins inside a rigid body.
+
+    has_moved: whether it is the soil at the end of a stage.
 
     Raises:
         BadInput: material points are inside one.
@@ -48,21 +59,26 @@ def require_outside(surfaces: Sequence[ContactSurface], points: MaterialPoints) 
         raise BadInput(
             f"{len(inside)} material points begin inside the rigid body {name!r}, up to "
             f"{depth:.3g} deep, such as number {points.point_id[inside[0]]} at ({first})",
-            f"lift the body by {depth:.3g} or more, so that it comes down on the soil, or cut its "
-            "shape out of the soil body and give `wished_in_place = true`",
+            f"lift the body by {depth:.3g} or more, so that it comes down on the soil, or "
+            + (_IN_MOVED_SOIL if has_moved else _IN_SOIL),
             key=surface.key,
         )
 
 
 def require_soil_in_reach(
-    bodies: Sequence[RigidBody], contacts: Sequence[ContactConstraint], after: float
+    bodies: Sequence[RigidBody],
+    contacts: Sequence[ContactConstraint],
+    after: float,
+    keys: Mapping[str, str],
 ) -> None:
     """Checks that free bodies that fall in the first step, to time `after`, can come down on soil.
+
+    keys: where each body stands in the case file, by name.
 
     Raises:
         BadInput: no soil is within reach of one.
     """
-    for number, body in enumerate(bodies):
+    for body in bodies:
         direction = body.falls_along(after)
         own = [part for part in contacts if part.boundary.body is body]
         if direction is None or any((part.pose.normal @ direction > 0.0).any() for part in own):
@@ -71,7 +87,7 @@ def require_soil_in_reach(
             f"no soil is within {REACH:g} cell of the rigid body {body.name!r} in the direction of "
             "the force on it, and nothing else holds it there",
             "place it closer to the soil, prescribe its motion, or give springs",
-            key=f"rigid_bodies[{number}]",
+            key=keys[body.name],
         )
 
 

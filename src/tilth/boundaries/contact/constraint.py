@@ -85,6 +85,12 @@ class ContactConstraint(PointsNearSoil):
         """The direction for which the supports are selected, the normal, shape (1, n, dim)."""
         return self.pose.normal[None]
 
+    @property
+    def touches(self) -> bool:
+        """Whether soil touches it at the start of the step."""
+        near = self.touch.gap <= NEAR * self.boundary.cell
+        return bool((self.touch.closed | near).any())
+
     @cached_property
     def before(self) -> Floats:
         """Tractions from the last step, turned to this step's middle [stress], shape (n, dim)."""

@@ -13,13 +13,14 @@ the derivative by m of the virtual work of the same tractions (docs/theory/conta
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from tilth import _core
 from tilth.arrays import Flags, Floats
+from tilth.boundaries.contact.approach import FIRST_OVERLAP, distance_to_soil
 from tilth.boundaries.contact.between_bodies import BodyContact
 from tilth.boundaries.contact.constraint import Supports, select_by_gaps
 from tilth.boundaries.contact.law import ContactResponse
@@ -45,12 +46,6 @@ support of its multiplier is in contact, gap up to which it does."""
 LARGEST_HOLE = 0.05
 """Gap in cells up to which a point in the middle of the area in contact is in contact as well: the
 soil's surface is not known more exactly there."""
-
-LEAST_COSINE = 0.1
-"""Least cosine between the force on a body and the normal where the body can come down on soil."""
-
-FIRST_OVERLAP = 0.01
-"""Depth in the soil, in cells, of the first guess for a free body that nothing holds."""
 
 MAXIMUM_REVISIONS = 20
 """Number of times that a step's contact is determined anew before the step counts as failed."""
@@ -110,7 +105,8 @@ class AssembledContact(GlobalUnknowns):
         self._weak = np.zeros_like(self.scale)
         if body is not None and body.step is None:
             self._weak = WEAK_SPRING * force * body.weak_share * self.scale**2
-        self._held, self._may_hold = False, self._is_free
+        self._is_loaded = body is not None and body.step is None and body.is_loaded(after)
+        self._held = self._may_hold = False
         self._revisions = self._linearisations = 0
         self._changes = Changes.USUAL
         self._is_selected = False
@@ -123,9 +119,11 @@ class AssembledContact(GlobalUnknowns):
         return any(isinstance(support.part, BodyContact) for support in self._supports)
 
     @property
-    def _is_free(self) -> bool:
-        """Whether only contact may hold the body."""
-        return self.body is not None and self.body.step is None and len(self.scale) > 0
+    def _is_held(self) -> bool:
+        """Whether only contact holds the body, against a force now or at the step's start."""
+        if self.body is None or self.body.step is not None or len(self.scale) == 0:
+            return False
+        return self._is_loaded or any(support.before.any() for support in self._supports)
 
     def _increments(self, unknowns: Floats) -> Floats:
         assert self.body is not None
@@ -178,25 +176,30 @@ class AssembledContact(GlobalUnknowns):
 
         Along the force on it, until it would overlap the nearest soil a little.
         """
+        self._may_hold = self._is_held
         if self.body is not None and self.body.step is not None:
             return self.body.first_unknowns
-        zero = np.zeros_like(self.scale)
         direction = None if self.body is None else self.body.falls_along(self._after)
-        if self.body is None or direction is None:
-            return zero
-        dim, nearest = self._active.grid.dim, np.inf
-        still = np.zeros((self._active.nodes, dim))
-        for support in self._supports:
-            response = support.respond(support.slips(still, self._moved(support, zero)))
-            if (response.closed & (support.area > 0.0)).any():
-                return zero
-            towards = support.part.pose.normal @ direction
-            faces = (towards > LEAST_COSINE) & support.active
-            distance = support.part.touch.gap[faces] / towards[faces]
-            nearest = min(nearest, float(distance.max(initial=-np.inf)))
-        if not np.isfinite(nearest):
-            return zero
-        return self.body.moved_by((nearest + FIRST_OVERLAP * self._cell) * direction)
+        if self.body is not None and direction is not None:
+            nearest = self._distance(direction, lambda x: float(x.max(initial=-np.inf)))
+            if nearest is not None:
+                return self.body.moved_by((nearest + FIRST_OVERLAP * self._cell) * direction)
+        return np.zeros_like(self.scale)
+
+    def way_down(self) -> Floats:
+        """Returns the way of a loaded free body to the soil [length], (dim,); 0 if it is there."""
+        direction = None if self.body is None else self.body.falls_along(self._after)
+        if direction is not None:
+            nearest = self._distance(direction, lambda x: float(x.min(initial=np.inf)))
+            if nearest is not None and nearest > FIRST_OVERLAP * self._cell:
+                return nearest * direction
+        return np.zeros(self._active.grid.dim)
+
+    def _distance(self, direction: Floats, of_support: Callable[[Floats], float]) -> float | None:
+        zero = np.zeros_like(self.scale)
+        moved = [self._moved(support, zero) for support in self._supports]
+        still = np.zeros((self._active.nodes, self._active.grid.dim))
+        return distance_to_soil(self._supports, moved, still, direction, of_support)
 
     def forces(self, displacement: Floats, unknowns: Floats) -> tuple[Floats, Floats]:
         """As `GlobalUnknowns.forces`."""
@@ -338,7 +341,7 @@ class AssembledContact(GlobalUnknowns):
         self._revisions = self._linearisations = 0
         self._changes = changes
         self._is_selected = False
-        self._held, self._may_hold = False, self._is_free
+        self._held = self._may_hold = False
         for support in self._supports:
             support.restart(cautious=self._is_cautious, owing=self._is_fixed)
 
@@ -370,7 +373,7 @@ class AssembledContact(GlobalUnknowns):
         changed = self.adapt(displacement)
         if self._held and not changed:
             assert self.body is not None
-            if self.body.needs_contact:
+            if self.body.needs_contact and self._is_loaded:
                 raise StepFailed(f"the rigid body {self.name!r} comes off the soil that holds it")
             self._held = self._may_hold = False
             changed = True

@@ -40,8 +40,9 @@ def make_rigid_bodies(
         BadInput: a file of a shape cannot be used; a body is too small for contact on this grid.
     """
     bodies, surfaces = [], []
-    for number, declared in enumerate(model.rigid_bodies):
-        key = f"rigid_bodies[{number}]"
+    keys = model.rigid_body_keys()
+    for declared in model.rigid_bodies:
+        key = keys[declared.name]
         body = RigidBody(
             declared, model.dimension, model.analysis.kind, model.schedule.end, acceleration,
             dynamic=model.analysis.inertia is not None,

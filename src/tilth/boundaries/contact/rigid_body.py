@@ -58,6 +58,8 @@ class RigidBody:
         force, moment: of the soil on the body at the end of the last step [force], [force length],
             shapes (dim,) and (1,) or (3,), the moment about its centre.
         size: of the body, to scale rotations [length].
+        load_share: of the declared forces, moments and weight that acts; 1 but for the search for
+            the equilibrium at the start.
         inertia: velocities and inertia; None in a quasi-static analysis.
         step: of the equations of motion; None in equilibrium.
     """
@@ -89,6 +91,7 @@ class RigidBody:
         self.rotation: Floats = np.eye(dim)
         self.force: Floats = np.zeros(dim)
         self.moment: Floats = np.zeros(turns)
+        self.load_share = 1.0
         self._increments: Floats = np.zeros(dim + turns)
         self.inertia = BodyInertia.of(declared, dim) if dynamic else None
         self.step: TimeStep | None = None
@@ -133,6 +136,11 @@ class RigidBody:
             self._increments = self.increments(self.first_unknowns)
 
     @property
+    def is_moving(self) -> bool:
+        """Whether it has a velocity."""
+        return self.inertia is not None and bool(self.inertia.motion.velocity.any())
+
+    @property
     def moves_with_inertia(self) -> bool:
         """Whether some of its components are free in a step of the equations of motion."""
         return self.step is not None and bool(self.free.any())
@@ -143,6 +151,11 @@ class RigidBody:
         if self.step is not None:
             return False
         return bool((self.free & (self._axis < self.dim) & (self.springs == 0.0)).any())
+
+    def is_loaded(self, time: float) -> bool:
+        """Whether a force or moment acts on a free component that no spring holds."""
+        applied = self.applied(np.zeros(self.dim + len(self.turn)), time)
+        return bool((applied[self.springs[self.free] == 0.0] != 0.0).any())
 
     def falls_along(self, time: float) -> Floats | None:
         """Returns the direction of the force on it if only soil can hold it there, unit, (dim,).
@@ -302,7 +315,7 @@ class RigidBody:
             load[slot] = declared.applied(name, time, self._schedule_end)
         if declared.mass:
             load[: self.dim] += declared.mass * self._acceleration(time)
-        return load
+        return load * self.load_share
 
     @property
     def springs(self) -> Floats:
@@ -331,6 +344,25 @@ class RigidBody:
         self.rotation = rotation_by(step[self.dim :]) @ self.rotation
         self.force, self.moment = force, moment
         self.time = self._end
+
+    def place_now(self) -> tuple[Floats, Floats, Floats]:
+        """Returns displacement (dim,) [length], turn [rad] and rotation, for `put_back`."""
+        return self.displacement, self.turn, self.rotation
+
+    def put_back(self, place: tuple[Floats, Floats, Floats]) -> None:
+        """Puts it back where it was, but for what springs hold; the soil's force on it stays.
+
+        The force of a spring belongs to its extension. Rotations stay if one has a spring.
+        """
+        sprung = np.zeros(self.dim + len(self.turn), dtype=bool)
+        sprung[self._axis] = self.springs > 0.0
+        self.displacement = np.where(sprung[: self.dim], self.displacement, place[0])
+        if not sprung[self.dim :].any():
+            self.turn, self.rotation = place[1:]
+
+    def come_down(self, way: Floats) -> None:
+        """Moves it by a translation (dim,) [length] before the first step, as far as it is free."""
+        self.displacement = self.displacement + self.increments(self.moved_by(way))[: self.dim]
 
     def go_on_from(self, last: RigidBody) -> None:
         """Takes over where the body is at the end of the last stage."""
