@@ -123,7 +123,7 @@ def test_a_browser_opens_slides_switches_picks_and_turns(tmp_path: Path, dim: in
                     "return Tilth.view.show(Tilth.view.index || 0)"
                 )
                 run(f"return Tilth.view.show({index})")
-                shown = np.array(run("return Array.from(Tilth.view.scene.value.array)"))
+                shown = np.array(run("return Array.from(Tilth.view.scene.values)"))
                 values = field_values(results.snapshot(index), name, results.units)[0]
                 np.testing.assert_allclose(
                     shown, values, rtol=1e-4, atol=1e-4 * np.abs(values).max()
@@ -145,7 +145,7 @@ def test_a_browser_opens_slides_switches_picks_and_turns(tmp_path: Path, dim: in
             run("const s = document.getElementById('body-cut-x'); s.value = '1'; s.onchange()")
         run("Tilth.view.scene.setSection(0, 0, 0)")
         where = run(
-            "const s = Tilth.view.scene, p = new THREE.Vector3().fromArray(s.centre, 0)"
+            "const s = Tilth.view.scene, p = new THREE.Vector3().fromArray(s.soil.centre, 0)"
             ".project(s.camera), b = s.canvas.getBoundingClientRect();"
             "return [(p.x + 1) / 2 * b.width, (1 - p.y) / 2 * b.height]"
         )
@@ -181,3 +181,53 @@ def test_text_of_the_run_cannot_end_the_data(tmp_path: Path) -> None:
     assert found
     assert json.loads(found[1])["body"]["dim"] == 2
     assert "<" not in found[1]
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_slow_movement_has_fewer_pixels_and_all_of_them_once_it_has_ended(
+    tmp_path: Path, dim: int
+) -> None:
+    write_run(tmp_path, dim)
+    with opened(write_report(tmp_path, MODEL)) as driver:
+        ratios = driver.execute_script(
+            "Tilth.Scene.slow = -1; const scene = Tilth.view.scene, found = [];"
+            "const ratio = () => found.push(scene.renderer.getPixelRatio());"
+            "ratio();"
+            "for (let k = 0; k < 6; k++)"
+            "{ scene.move(); await new Promise(requestAnimationFrame); }"
+            "ratio();"
+            "await new Promise((done) => setTimeout(done, Tilth.Scene.still + 300));"
+            "ratio(); const frames = scene.frames;"
+            "await new Promise((done) => setTimeout(done, 300));"
+            "found.push(scene.frames - frames);"
+            "return found"
+        )
+    assert ratios == [1.0, 0.5, 1.0, 0], "the last: pictures without a change"
+
+
+def test_points_that_others_hide_are_not_drawn_unless_a_section_opens_the_body(
+    tmp_path: Path,
+) -> None:
+    write_run(tmp_path, 3)
+    with opened(write_report(tmp_path, MODEL)) as driver:
+        sides = driver.execute_script(
+            # A block of 8 x 8 x 8 cubes, 2 wide, and one away from them.
+            "const n = 513, columns = () => [0, 1, 2].map(() => new Float32Array(n));"
+            "const position = columns(), edges = columns();"
+            "for (let i = 0; i < 512; i++) [i % 8, (i >> 3) % 8, i >> 6]"
+            ".forEach((place, k) => { position[k][i] = 2 * place; });"
+            "position.forEach((column) => { column[512] = 40; });"
+            "edges.forEach((column) => column.fill(1));"
+            "const soil = new Tilth.Soil({ count: n, position, edges },"
+            "{ dim: 3, enlarged: 1 }, [0, 0, 0]);"
+            "const planes = [0, 1, 2].map(() => new THREE.Vector4(0, 0, 0, 1));"
+            "const count = () => { const rows = soil.seen(planes);"
+            "return [rows.length, soil.sides(rows).map((sides) => sides.length)]; };"
+            "const whole = count(); planes[0].set(1, 0, 0, 7); const half = count();"
+            "return [whole, half]"
+        )
+    outer = 6 * 8**2
+    assert sides[0][0] < 513
+    assert sum(sides[0][1]) == outer + 6
+    assert sides[0][1] == [65] * 6
+    assert sum(sides[1][1]) == 2 * 64 + 4 * 32, "half of the block, without the cube away from it"

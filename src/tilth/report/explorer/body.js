@@ -16,10 +16,11 @@ Tilth.Body = class {
     try { this.scene = new Tilth.Scene(get("canvas"), body, maps); }
     catch (error) { Tilth.element("explore-body").hidden = true; throw error; }
     this.scene.drawn = this.drawn.value;
-    this.time.oninput = () => this.show(Number(this.time.value));
+    if (!plane) this.scene.triad = new Tilth.Triad(get("triad"), body.axes);
+    this.time.oninput = () => this.show(Number(this.time.value), true);
     this.field.onchange = this.scale.onchange = () => this.show(this.index);
     get("low").oninput = get("high").oninput = () => this.show(this.index);
-    this.drawn.onchange = () => { this.scene.drawn = this.drawn.value; this.scene.draw(); };
+    this.drawn.onchange = () => { this.scene.setDrawn(this.drawn.value); };
     for (const kind of ["tracked", "rigid", "boundary"]) {
       const any = body.frames.some((frame) => frame.lines.some((part) => part.kind === kind));
       get(kind).parentElement.hidden = !any;
@@ -45,8 +46,14 @@ Tilth.Body = class {
       Promise.all(stored.lines.map(async (part) => ({ ...part, position: await columns(part.position) })))]);
     const frame = { count: stored.count, position, edges, lines, columns: new Map() };
     this.kept.set(index, frame);
-    if (this.kept.size > 6) this.kept.delete(this.kept.keys().next().value);
+    if (this.kept.size > Math.max(6, 1e6 / Math.max(frame.count, 1))) this.forget(this.kept.keys().next().value);
     return frame;
+  }
+
+  forget(index) {
+    const { soil } = this.kept.get(index);
+    if (soil && soil.field) soil.field.dispose();
+    this.kept.delete(index);
   }
 
   async column(index, frame, number) {
@@ -62,7 +69,7 @@ Tilth.Body = class {
     return values;
   }
 
-  async show(index) {
+  async show(index, moving = false) {
     const ticket = ++this.latest, field = this.body.fields[Number(this.field.value)];
     const frame = await this.load(index), values = await this.values(index, frame, field);
     if (ticket !== this.latest) return;
@@ -72,7 +79,7 @@ Tilth.Body = class {
     this.colours(field, index);
     const { step, time, stage, total } = this.body.frames[index], unit = this.body.time_unit ? ` ${this.body.time_unit}` : "";
     Tilth.element("body-when").textContent = `${stage ? `${stage}: ` : ""}step ${step}, time ${Tilth.text(time, 4)}${unit}, ${total.toLocaleString("en")} points`;
-    this.scene.draw();
+    if (moving) this.scene.move(); else this.scene.draw();
     if (this.picked !== null) await this.tell();
   }
 
@@ -98,7 +105,7 @@ Tilth.Body = class {
     const button = Tilth.element("body-play");
     if (this.timer) { clearInterval(this.timer); this.timer = null; button.textContent = "\u25b6"; return; }
     button.textContent = "\u23f8";
-    this.timer = setInterval(() => { const next = (this.index + 1) % this.body.frames.length; this.time.value = next; this.show(next); }, 200);
+    this.timer = setInterval(() => { const next = (this.index + 1) % this.body.frames.length; this.time.value = next; this.show(next, true); }, 200);
   }
 
   // Sliders that cut the body along each axis.
