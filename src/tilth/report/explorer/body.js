@@ -2,7 +2,7 @@
 // The body at all outputs: chooses output, field and colours, and shows a point's values.
 "use strict";
 Tilth.Body = class {
-  static start() { return new Tilth.Body(Tilth.data.body, Tilth.data.maps); }
+  static start() { return Tilth.data.body && new Tilth.Body(Tilth.data.body, Tilth.data.maps); }
 
   constructor(body, maps) {
     this.body = body; this.maps = maps; this.kept = new Map(); this.index = 0; this.picked = null; this.latest = 0;
@@ -44,7 +44,7 @@ Tilth.Body = class {
     const stored = this.body.frames[index], columns = (list) => Promise.all(list.map(Tilth.rounded));
     const [position, edges, lines] = await Promise.all([columns(stored.position), columns(stored.domain),
       Promise.all(stored.lines.map(async (part) => ({ ...part, position: await columns(part.position) })))]);
-    const frame = { count: stored.count, position, edges, lines, columns: new Map() };
+    const frame = { count: stored.count, enlarged: stored.enlarged, position, edges, lines, columns: new Map() };
     this.kept.set(index, frame);
     if (this.kept.size > Math.max(6, 1e6 / Math.max(frame.count, 1))) this.forget(this.kept.keys().next().value);
     return frame;
@@ -172,6 +172,6 @@ Tilth.Body.operations = {
 
 (async () => {
   try { Tilth.curves = await Tilth.Curves.start(); } catch (error) { Tilth.failed(error); }
-  try { Tilth.view = Tilth.Body.start(); await Tilth.view.ready; } catch (error) { Tilth.failed(error); }
+  try { Tilth.view = Tilth.Body.start(); if (Tilth.view) await Tilth.view.ready; } catch (error) { Tilth.failed(error); }
   Tilth.ready = true;
 })();

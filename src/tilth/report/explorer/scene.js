@@ -50,7 +50,7 @@ Tilth.Scene = class {
 
   // Takes the numbers of one output: `position` and `edges` by component.
   setFrame(frame) {
-    this.soil = frame.soil = frame.soil || new Tilth.Soil(frame, this.body, this.middle);
+    this.soil = frame.soil = frame.soil || new Tilth.Soil(frame, this.body.dim, this.middle);
     this.values = new Float32Array(frame.count);
     this.setLines(frame.lines); this.rebuild();
   }
@@ -69,7 +69,7 @@ Tilth.Scene = class {
     if (this.built) return;
     for (const each of this.ground.children) each.geometry.dispose();
     this.ground.clear();
-    const rows = this.rows = this.soil.seen(this.planes), { enlarged } = this.body;
+    const rows = this.rows = this.soil.seen(this.planes), { enlarged } = this.soil;
     if (this.drawn === "points") this.ground.add(new THREE.Points(this.soil.cloud(rows), this.materials.points));
     else if (this.drawn === "domains") this.ground.add(...this.soil.sides(rows).map((sides) => new THREE.Mesh(this.soil.shape(sides, enlarged), this.materials.domains)));
     else this.buildField();
@@ -192,6 +192,9 @@ Tilth.Scene = class {
     return [right, up].map((axis) => 1.08 * (Math.abs(axis.x) * this.half[0] + Math.abs(axis.y) * this.half[1] + Math.abs(axis.z) * this.half[2]));
   }
 
+  // Distance of the points that are shown, about [length].
+  spacing() { return this.body.spacing * this.soil.enlarged; }
+
   draw() {
     if (this.pending) return;
     this.pending = true;
@@ -222,7 +225,7 @@ Tilth.Scene = class {
     if (this.moving) this.pace();
     this.build(); this.colour(); this.face();
     const ratio = this.renderer.getPixelRatio();
-    this.uniforms.size.value = Math.max(2, ratio * ((this.plane ? 0.95 : 1.05) * this.body.spacing * this.camera.zoom) / this.unit);
+    this.uniforms.size.value = Math.max(2, ratio * ((this.plane ? 0.95 : 1.05) * this.spacing() * this.camera.zoom) / this.unit);
     for (const each of this.lines.children) each.visible = this.shown[each.userData.kind];
     this.renderer.setClearColor(getComputedStyle(this.canvas.parentElement).backgroundColor, 1); this.renderer.clear();
     this.renderer.render(this.scene, this.camera);
@@ -233,7 +236,7 @@ Tilth.Scene = class {
   // Returns the row of the point nearest to a place in the canvas [pixels], the front one in space.
   pick(x, y) {
     const { width, height } = this.canvas.getBoundingClientRect(), place = new THREE.Vector3();
-    const reach = Math.max(10, (0.6 * this.body.spacing * this.camera.zoom) / this.unit);
+    const reach = Math.max(10, (0.6 * this.spacing() * this.camera.zoom) / this.unit);
     let best = -1, least = Infinity;
     this.build();
     for (const i of this.rows) {
@@ -241,7 +244,7 @@ Tilth.Scene = class {
       place.project(this.camera);
       const away = Math.hypot((place.x * 0.5 + 0.5) * width - x, (0.5 - place.y * 0.5) * height - y);
       if (away > reach) continue;
-      const rank = this.plane ? away : place.z * 40 * this.radius + (away / reach) * this.body.spacing;
+      const rank = this.plane ? away : place.z * 40 * this.radius + (away / reach) * this.spacing();
       if (rank < least) { least = rank; best = i; }
     }
     return best;

@@ -2,10 +2,11 @@
 // The soil of one output: the domains of its points as triangles, and which of them can be seen.
 "use strict";
 Tilth.Soil = class {
-  // Takes `position` and `edges` by component; `middle` becomes the origin. `enlarged`: of domains.
-  constructor(frame, body, middle) {
-    const n = frame.count, dim = body.dim, full = frame.edges.length > dim;
-    this.count = n; this.plane = dim === 2; this.enlarged = body.enlarged;
+  // Takes `position` and `edges` by component, and how much domains are `enlarged`; `middle` becomes
+  // the origin.
+  constructor(frame, dim, middle) {
+    const n = frame.count, full = frame.edges.length > dim;
+    this.count = n; this.plane = dim === 2; this.enlarged = frame.enlarged;
     this.centre = new Float32Array(3 * n); this.edge = [0, 1, 2].map(() => new Float32Array(3 * n));
     frame.position.forEach((column, k) => { for (let i = 0; i < n; i++) this.centre[3 * i + k] = column[i] - middle[k]; });
     frame.edges.forEach((column, k) => {
