@@ -325,3 +325,40 @@ def test_points_that_others_hide_are_not_drawn_unless_a_section_opens_the_body(
     assert sum(sides[0][1]) == outer + 6
     assert sides[0][1] == [65] * 6
     assert sum(sides[1][1]) == 2 * 64 + 4 * 32, "half of the block, without the cube away from it"
+
+
+def test_on_paper_all_figures_are_whole_and_light_without_controls(tmp_path: Path) -> None:
+    write_run(tmp_path, 2)
+    page = write_report(tmp_path, MODEL, setup=make_setup((6, 4)))
+    # A4 without margins of 15 mm at 96 dpi; the reader's screen is dark.
+    with opened(page, (680, 1009), dark=True) as driver:
+        dark = {"name": "prefers-color-scheme", "value": "dark"}
+        driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print", "features": [dark]})
+        seen = driver.execute_script(
+            "const all = Array.from(document.body.querySelectorAll('*'), (element) => [element,"
+            "getComputedStyle(element), element.getBoundingClientRect()])"
+            ".filter(([, , box]) => box.width > 0 && box.height > 0);"
+            "const light = (text) => { const [r, g, b, a = 1] = text.match(/[\\d.]+/g).map(Number);"
+            "return a === 0 || Math.min(r, g, b) > 200; };"
+            "const controls = 'canvas, button, select, input, nav';"
+            "return { controls: all.filter(([e]) => e.matches(controls)).map(([e]) => e.outerHTML),"
+            "dark: all.filter(([, style]) => !light(style.backgroundColor))"
+            ".map(([e]) => e.outerHTML),"
+            "figures: all.filter(([e]) => e.tagName === 'IMG')"
+            ".map(([, , box]) => [box.left, box.right, box.height]),"
+            "alone: all.filter(([e, style]) => /^H\\d$/.test(e.tagName)"
+            "&& style.breakAfter !== 'avoid').length,"
+            "wide: document.documentElement.scrollWidth,"
+            "images: document.images.length }"
+        )
+        pdf = base64.b64decode(driver.execute_cdp_cmd("Page.printToPDF", {})["data"])
+    assert seen["controls"] == []
+    assert seen["dark"] == []
+    assert len(seen["figures"]) == seen["images"] > 3
+    for left, right, height in seen["figures"]:
+        assert left >= 0
+        assert right <= 680
+        assert height <= 1009
+    assert seen["alone"] == 0
+    assert seen["wide"] <= 680
+    assert pdf.startswith(b"%PDF")
