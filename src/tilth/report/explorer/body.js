@@ -52,6 +52,7 @@ Tilth.Body = class {
 
   forget(index) {
     const { soil } = this.kept.get(index);
+    if (soil) soil.dispose();
     if (soil && soil.field) soil.field.dispose();
     this.kept.delete(index);
   }
@@ -62,10 +63,12 @@ Tilth.Body = class {
   }
 
   async values(index, frame, field) {
+    if (frame.latest && frame.latest.field === field) return frame.latest.values;
     const parts = await Promise.all(field.columns.map((number) => this.column(index, frame, number)));
     if (field.operation === "value") return parts[0];
     const values = new Float32Array(frame.count);
     for (let i = 0; i < frame.count; i++) values[i] = Tilth.Body.operations[field.operation](parts.map((part) => part[i]));
+    frame.latest = { field, values };
     return values;
   }
 

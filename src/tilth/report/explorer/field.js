@@ -11,8 +11,15 @@ Tilth.Field = class {
     this.wide = Math.ceil((x[1] - x[0]) / this.step) + 4; this.high = Math.ceil((y[1] - y[0]) / this.step) + 4;
     this.means = new Float32Array(this.wide * this.high).fill(Tilth.none);
     this.values = this.texture(this.means, this.wide, this.high, THREE.FloatType, THREE.NearestFilter);
+    this.shape = this.rectangle();
     const finer = Tilth.Field.finer, gap = Math.min(12, Math.max(1, Math.round((1.2 * typical * finer) / this.step)));
     this.mask = this.texture(this.covered(finer * this.wide, finer * this.high, this.step / finer, gap), finer * this.wide, finer * this.high, undefined, THREE.LinearFilter);
+  }
+
+  // The rectangle of both grids, as triangles.
+  rectangle() {
+    const wide = this.wide * this.step, high = this.high * this.step;
+    return new THREE.PlaneGeometry(wide, high).translate(this.low.x + 0.5 * wide, this.low.y + 0.5 * high, 0);
   }
 
   texture(numbers, wide, high, type, filter) {
@@ -21,7 +28,7 @@ Tilth.Field = class {
     return texture;
   }
 
-  dispose() { this.values.dispose(); this.mask.dispose(); }
+  dispose() { this.values.dispose(); this.mask.dispose(); this.shape.dispose(); }
 
   // Calls `visit(point, place, s, t)` for the places of a grid within `reach` of a domain's halves; `s`
   // and `t` are the place in the domain, 1 at its sides.

@@ -67,11 +67,10 @@ Tilth.Scene = class {
   // Makes what is drawn of the soil, unless it is there.
   build() {
     if (this.built) return;
-    for (const each of this.ground.children) each.geometry.dispose();
     this.ground.clear();
-    const rows = this.rows = this.soil.seen(this.planes), { enlarged } = this.soil;
-    if (this.drawn === "points") this.ground.add(new THREE.Points(this.soil.cloud(rows), this.materials.points));
-    else if (this.drawn === "domains") this.ground.add(...this.soil.sides(rows).map((sides) => new THREE.Mesh(this.soil.shape(sides, enlarged), this.materials.domains)));
+    this.rows = this.soil.seen(this.planes);
+    if (this.drawn === "points") this.ground.add(...this.soil.shapes("points", this.rows).map((shape) => new THREE.Points(shape, this.materials.points)));
+    else if (this.drawn === "domains") this.ground.add(...this.soil.shapes("domains", this.rows).map((shape) => new THREE.Mesh(shape, this.materials.domains)));
     else this.buildField();
     for (const each of this.ground.children) each.frustumCulled = false;
     this.built = true; this.coloured = false;
@@ -79,11 +78,9 @@ Tilth.Scene = class {
 
   // A continuous field in the plane.
   buildField() {
-    const field = this.soil.field = this.soil.field || new Tilth.Field(this.soil), [wide, high] = [field.wide * field.step, field.high * field.step];
-    const whole = new THREE.PlaneGeometry(wide, high);
-    whole.translate(field.low.x + 0.5 * wide, field.low.y + 0.5 * high, 0);
+    const field = this.soil.field = this.soil.field || new Tilth.Field(this.soil);
     this.uniforms.means.value = field.values; this.uniforms.mask.value = field.mask;
-    this.ground.add(new THREE.Mesh(whole, this.materials.field));
+    this.ground.add(new THREE.Mesh(field.shape, this.materials.field));
   }
 
   colour() {
@@ -177,7 +174,7 @@ Tilth.Scene = class {
     const height = Math.round(this.plane ? Math.min(room, Math.max(220, width * flat * 1.1 + 90)) : Math.min(room, Math.max(300, 0.66 * width)));
     this.renderer.setSize(width, height, false); this.canvas.style.height = `${height}px`;
     const [wide, high] = this.extent();
-    const top = this.plane ? 70 : 0;  // room for the key
+    const top = this.plane || width < 640 ? 70 : 0;  // room for the key
     const unit = Math.max(wide / width, high / Math.max(height - top - 14, 50)) || 1;
     Object.assign(this.camera, { left: -width * unit, right: width * unit, top: (height + (top ? top - 14 : 0)) * unit, bottom: -(height - (top ? top - 14 : 0)) * unit });
     this.camera.updateProjectionMatrix(); this.unit = 2 * unit; this.pixels.set(width, height);

@@ -104,12 +104,23 @@ Tilth.Soil = class {
     return false;
   }
 
+  // Returns "points" or "domains" of the points in `rows` as geometries, the same ones until either
+  // changes.
+  shapes(kind, rows) {
+    if (this.made && this.made.kind === kind && this.made.rows === rows) return this.made.shapes;
+    this.dispose();
+    const shapes = kind === "points" ? [this.cloud(rows)] : this.sides(rows).map((sides) => this.shape(sides, this.enlarged));
+    this.made = { kind, rows, shapes };
+    return shapes;
+  }
+
+  dispose() { if (this.made) for (const shape of this.made.shapes) shape.dispose(); }
+
   // The sides of the domains of the points in `rows` that no others hide, each 6 i + number of the
   // side, in groups of about the same direction; in the plane the domains.
   sides(rows) {
     const groups = new Map(), normal = [0, 0, 0];
     if (this.plane) return [Array.from(rows, (i) => 6 * i)];
-    if (this.known && this.known.rows === rows) return this.known.groups;
     for (const i of rows) for (let number = 0; number < 6; number++) {
       if (this.enlarged === 1 && this.shared(i, number)) continue;
       this.normal(i, number, normal);
@@ -117,8 +128,7 @@ Tilth.Soil = class {
       if (!groups.has(key)) groups.set(key, []);
       groups.get(key).push(6 * i + number);
     }
-    this.known = { rows, groups: [...groups.values()] };
-    return this.known.groups;
+    return [...groups.values()];
   }
 
   // Writes the direction of a side, outwards, to `normal`.
@@ -168,8 +178,8 @@ Tilth.Soil = class {
   }
 
   volume(at) {
-    const [a, b, c] = this.edge.map((each) => each.subarray(at, at + 3));
-    return a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) + a[2] * (b[0] * c[1] - b[1] * c[0]);
+    const [a, b, c] = this.edge, x = at, y = at + 1, z = at + 2;
+    return a[x] * (b[y] * c[z] - b[z] * c[y]) + a[y] * (b[z] * c[x] - b[x] * c[z]) + a[z] * (b[x] * c[y] - b[y] * c[x]);
   }
 
   // Returns the points in `rows` as such.
