@@ -62,7 +62,7 @@ for (const { visible, geometry } of scene.ground.children) {
     area += Math.abs((bx - ax) * (cy - ay) - (cx - ax) * (by - ay)) / 8; count += 1;
   }
 }
-return [canvas.width * canvas.height, area, count];
+return [canvas.width * canvas.height, scene.pixels.x * scene.pixels.y, area, count];
 """
 
 
@@ -84,10 +84,9 @@ def main() -> None:
         notes = driver.execute_script("return Tilth.data.body.notes.join(' ')")
         print(f"{page.stat().st_size / 1e6:.2f} MB, opened in {opening:.2f} s")
         print(f"{frame['count']:,} of {frame['total']:,} points, {outputs} outputs. {notes}")
-        pixels, overlap, triangles = driver.execute_script(LIMIT)
-        print(
-            f"{pixels:,} pixels x {overlap:.2f} drawn of each on average, {triangles:,} triangles"
-        )
+        pixels, moving, overlap, triangles = driver.execute_script(LIMIT)
+        print(f"{pixels:,} pixels at rest, {moving:,} in slow movement, each drawn {overlap:.2f}")
+        print(f"times on average, {triangles:,} triangles")
         before = processor_time(driver)
         rate, frames = driver.execute_script(TURN)
         each = 1000 * (processor_time(driver) - before) / frames
@@ -138,9 +137,8 @@ def save(driver: Any, path: Path) -> None:
 
     time.sleep(1.0)  # layout and the first frames
     picture = Image.open(BytesIO(driver.get_screenshot_as_png())).convert("RGB")
-    few = picture.quantize(
-        256, method=Image.Quantize.MAXCOVERAGE, kmeans=3, dither=Image.Dither.NONE
-    )
+    colours = picture.quantize(256, method=Image.Quantize.MAXCOVERAGE, kmeans=3)
+    few = picture.quantize(palette=colours, dither=Image.Dither.FLOYDSTEINBERG)
     few.save(path, optimize=True)
 
 

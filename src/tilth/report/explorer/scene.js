@@ -8,8 +8,8 @@ Tilth.Scene = class {
     this.middle = this.low.map((low, k) => 0.5 * (low + this.high[k]));
     this.half = this.low.map((low, k) => 0.5 * (this.high[k] - low));
     this.radius = Math.hypot(...this.half) || 1;
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true });
-    this.renderer.setPixelRatio(this.sharpness());
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: false });
+    this.renderer.setPixelRatio(Tilth.Scene.sharp);
     this.renderer.autoClear = false;
     this.scene = new THREE.Scene(); this.ground = new THREE.Group(); this.lines = new THREE.Group();
     this.scene.add(this.ground, this.lines, new THREE.HemisphereLight(0xffffff, 0x777777, 2.5));
@@ -28,7 +28,7 @@ Tilth.Scene = class {
     this.materials = { domains: this.material("domains"), points: this.material("points"), field: this.material("field") };
     this.materials.field.transparent = true;
     this.drawn = "domains"; this.shown = { tracked: true, rigid: true, boundary: true };
-    this.pixels = new THREE.Vector2(1, 1); this.pending = this.moving = false; this.slow = this.frames = 0;
+    this.pixels = new THREE.Vector2(1, 1); this.pending = this.moving = this.weak = false; this.slow = this.frames = 0;
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
     this.look(); this.resize();
   }
@@ -198,23 +198,22 @@ Tilth.Scene = class {
     requestAnimationFrame(() => { this.pending = false; this.render(); });
   }
 
-  // Pixels of the picture over those of the layout.
-  sharpness() { return Math.min(window.devicePixelRatio || 1, 2); }
-
   // Draws a movement: where pictures come slowly with fewer pixels, until it has ended.
   move() {
     clearTimeout(this.rest);
+    if (!this.moving && this.weak) this.renderer.setPixelRatio(1);
     this.moving = true; this.draw();
     this.rest = setTimeout(() => {
       this.moving = false; this.slow = 0; this.latest = null;
-      if (this.renderer.getPixelRatio() !== this.sharpness()) { this.renderer.setPixelRatio(this.sharpness()); this.render(); }
+      if (this.renderer.getPixelRatio() === Tilth.Scene.sharp) return;
+      this.renderer.setPixelRatio(Tilth.Scene.sharp); this.render();
     }, Tilth.Scene.still);
   }
 
   pace() {
     const now = performance.now(), late = this.latest && now - this.latest > Tilth.Scene.slow;
-    this.slow = late ? this.slow + 1 : 0; this.latest = now;
-    if (this.slow === 3) this.renderer.setPixelRatio(0.5 * this.sharpness());
+    this.slow = Math.max(0, this.slow + (late ? 1 : -0.25)); this.latest = now;
+    if (this.slow >= 3 && this.renderer.getPixelRatio() !== 1) { this.weak = true; this.renderer.setPixelRatio(1); }
   }
 
   render() {
@@ -247,5 +246,6 @@ Tilth.Scene = class {
     return best;
   }
 };
-Tilth.Scene.slow = 60;  // time between pictures beyond which they have fewer pixels [ms]
+Tilth.Scene.sharp = 2;  // pixels of the picture over those of the layout: smooth edges
+Tilth.Scene.slow = 50;  // time between pictures beyond which movements have fewer pixels [ms]
 Tilth.Scene.still = 150;  // time without movement after which they have all [ms]
