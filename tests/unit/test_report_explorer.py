@@ -7,6 +7,7 @@ import base64
 import json
 import re
 import zlib
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -18,10 +19,13 @@ from report_setups import UNITS, make_setup, snapshot
 
 from tilth.output import HistoryWriter, ResultsWriter, RunLog, read_results
 from tilth.report.explorer import body as body_module
+from tilth.report.explorer import curves as curves_module
 from tilth.report.explorer.body import pack_body
+from tilth.report.explorer.curves import pack_curves
 from tilth.report.explorer.packing import Blobs
 from tilth.report.fields import field_values
 from tilth.report.html import write_report
+from tilth.report.page_size import within
 
 pytestmark = pytest.mark.slow
 MODEL = {"title": "A run", "analysis": {"kind": "plane_strain"}, "output": {}}
@@ -39,10 +43,10 @@ def write_run(folder: Path, dim: int, outputs: int = 5) -> None:
         file.close()
 
 
-def write_random_results(folder: Path, points: int) -> None:
+def write_random_results(folder: Path, points: int, outputs: int = 5) -> None:
     results = ResultsWriter(folder / "results.vtkhdf", title="Random", units=UNITS)
     numbers = np.random.default_rng(2)
-    for step in range(5):
+    for step in range(outputs):
         small = snapshot(2, step)
         fields = {
             name: numbers.uniform(0.5, 1.0, size=(points, *values.shape[1:]))
@@ -76,12 +80,21 @@ def test_numbers_in_the_page_are_those_of_the_results_to_half_a_step() -> None:
     assert blobs.rounded(values)["blob"] == 0, "equal numbers are stored once"
 
 
-def packed(folder: Path, budget: int) -> tuple[dict[str, Any], Blobs]:
+def packed_or_not(
+    folder: Path, budget: int, boundaries: Sequence[dict[str, Any]] = ()
+) -> tuple[dict[str, Any], Blobs] | None:
     results = read_results(folder / "results.vtkhdf")
     return pack_body(
         results, "displacement", budget, axis_names="xyz",
-        stage_at=lambda time: "", boundaries=lambda step: [],
+        stage_at=lambda time: "", boundaries=lambda step: list(boundaries),
     )  # fmt: skip
+
+
+def packed(folder: Path, budget: int, **more: Any) -> tuple[dict[str, Any], Blobs]:
+    found = packed_or_not(folder, budget, **more)
+    assert found
+    assert found[1].size + len(json.dumps(found[0]["frames"], separators=(",", ":"))) <= budget
+    return found
 
 
 def test_less_room_leaves_out_points_then_fields_then_outputs_and_says_so(
@@ -106,6 +119,88 @@ def test_less_room_leaves_out_points_then_fields_then_outputs_and_says_so(
     assert len(least["notes"]) == 3
 
 
+def test_outputs_are_left_out_evenly_whatever_surrounds_the_soil_and_what_cannot_fit_is_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_random_results(tmp_path, points=300, outputs=13)
+    monkeypatch.setattr(body_module, "FEWEST_POINTS", 200)
+    some, _ = packed(tmp_path, 40_000)
+    steps = [frame["step"] for frame in some["frames"]]
+    assert (steps[0], steps[-1]) == (0, 12)
+    assert 2 < len(steps) < 13
+    assert max(np.diff(steps)) - min(np.diff(steps)) <= 1
+    assert all(frame["count"] >= 200 for frame in some["frames"])
+    assert f"{len(steps)} of 13 outputs are shown" in " ".join(some["notes"])
+    # Numbers that cannot be made smaller, many times the budget.
+    wall = {
+        "name": "wall",
+        "kind": "boundary",
+        "position": np.random.default_rng(3).uniform(size=(40_000, 2, 2)),
+    }
+    least, _ = packed(tmp_path, 40_000, boundaries=[wall])
+    assert [len(least["frames"]), len(least["fields"])] == [2, 1]
+    assert all(frame["count"] >= 200 for frame in least["frames"])
+    assert "boundaries are not in this page" in " ".join(least["notes"])
+    for budget in (1000, -1000):
+        assert packed_or_not(tmp_path, budget) is None
+
+
+def test_the_page_keeps_its_size_and_says_what_is_missing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_run(tmp_path, 2)
+    (tmp_path / "results.vtkhdf").unlink()
+    write_random_results(tmp_path, points=21_000)
+    monkeypatch.setattr("tilth.report.explorer.page._MARGIN", 50_000)
+    monkeypatch.setattr("tilth.report.html.LARGEST_FRAME", 800_000)
+    monkeypatch.setattr("tilth.report.html.LARGEST_PAGE", 4_500_000)
+    page = write_report(tmp_path, MODEL)
+    assert page.stat().st_size <= 4_500_000
+    assert re.search(r"[2-4] of 5 outputs are shown", page.read_text())
+    monkeypatch.setattr("tilth.report.html.LARGEST_PAGE", 2_800_000)
+    page = write_report(tmp_path, MODEL)
+    assert page.stat().st_size <= 2_800_000
+    assert "The body at all outputs is not in this page" in page.read_text()
+    with opened(page) as driver:
+        hidden = "return ['body', 'curves'].map((n) => Tilth.element(`explore-${n}`).hidden)"
+        assert driver.execute_script(hidden) == [True, False]
+        assert complaints(driver) == []
+
+
+def test_the_largest_figures_are_left_out_and_named_where_a_page_would_be_too_large() -> None:
+    def image(name: str, size: int) -> str:
+        return f'<img alt="{name}" src="data:image/png;base64,{"A" * size}">'
+
+    parts = ["<p>text</p>" + image("small", 100), image("a &lt; b", 5000) + image("middle", 900)]
+    assert within(parts, 10_000) == parts
+    fewer = within(parts, 2000)
+    assert sum(map(len, fewer)) <= 2000
+    assert fewer[0] == parts[0]
+    assert "The figure “a &lt; b” is too large for this page." in fewer[1]
+    assert 'alt="middle"' in fewer[1]
+    assert "<p>text</p>" in within(parts, 10)[0]
+
+
+def test_curves_of_very_many_steps_have_fewer_rows_with_the_first_and_last(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(curves_module, "LARGEST_CURVES", 5_000)
+    table = {
+        "step": np.arange(3001.0),
+        "time": np.arange(3001.0) / 8.0,
+        "load": np.random.default_rng(4).uniform(size=3001),
+    }
+    blobs = Blobs()
+    packed_curves = pack_curves([table], [], [], "s", blobs)
+    assert blobs.size <= 5_000
+    assert packed_curves["steps"] == 3001
+    content = zlib.decompress(base64.b64decode(blobs.texts[packed_curves["blob"]]))
+    steps = np.frombuffer(content).reshape(3, -1)[0]
+    assert len(steps) == packed_curves["rows"]
+    assert (steps[0], steps[-1]) == (0.0, 3000.0)
+    assert len(np.unique(np.diff(steps[:-1]))) == 1
+
+
 @pytest.mark.parametrize("dim", [2, 3])
 def test_a_browser_opens_slides_switches_picks_and_turns(tmp_path: Path, dim: int) -> None:
     write_run(tmp_path, dim)
@@ -123,7 +218,7 @@ def test_a_browser_opens_slides_switches_picks_and_turns(tmp_path: Path, dim: in
                     "return Tilth.view.show(Tilth.view.index || 0)"
                 )
                 run(f"return Tilth.view.show({index})")
-                shown = np.array(run("return Array.from(Tilth.view.scene.value.array)"))
+                shown = np.array(run("return Array.from(Tilth.view.scene.values)"))
                 values = field_values(results.snapshot(index), name, results.units)[0]
                 np.testing.assert_allclose(
                     shown, values, rtol=1e-4, atol=1e-4 * np.abs(values).max()
@@ -145,7 +240,7 @@ def test_a_browser_opens_slides_switches_picks_and_turns(tmp_path: Path, dim: in
             run("const s = document.getElementById('body-cut-x'); s.value = '1'; s.onchange()")
         run("Tilth.view.scene.setSection(0, 0, 0)")
         where = run(
-            "const s = Tilth.view.scene, p = new THREE.Vector3().fromArray(s.centre, 0)"
+            "const s = Tilth.view.scene, p = new THREE.Vector3().fromArray(s.soil.centre, 0)"
             ".project(s.camera), b = s.canvas.getBoundingClientRect();"
             "return [(p.x + 1) / 2 * b.width, (1 - p.y) / 2 * b.height]"
         )
@@ -181,3 +276,91 @@ def test_text_of_the_run_cannot_end_the_data(tmp_path: Path) -> None:
     assert found
     assert json.loads(found[1])["body"]["dim"] == 2
     assert "<" not in found[1]
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_slow_movement_has_fewer_pixels_and_all_of_them_once_it_has_ended(
+    tmp_path: Path, dim: int
+) -> None:
+    write_run(tmp_path, dim)
+    with opened(write_report(tmp_path, MODEL)) as driver:
+        ratios = driver.execute_script(
+            "Tilth.Scene.slow = -1; const scene = Tilth.view.scene, found = [];"
+            "const ratio = () => found.push(scene.renderer.getPixelRatio());"
+            "ratio();"
+            "for (let k = 0; k < 6; k++)"
+            "{ scene.move(); await new Promise(requestAnimationFrame); }"
+            "ratio();"
+            "await new Promise((done) => setTimeout(done, Tilth.Scene.still + 300));"
+            "ratio(); scene.move(); ratio();"
+            "await new Promise((done) => setTimeout(done, Tilth.Scene.still + 300));"
+            "const frames = scene.frames;"
+            "await new Promise((done) => setTimeout(done, 300));"
+            "found.push(scene.frames - frames);"
+            "return found"
+        )
+    assert ratios == [2, 1, 2, 1, 0], "the last: pictures without a change"
+
+
+def test_points_that_others_hide_are_not_drawn_unless_a_section_opens_the_body(
+    tmp_path: Path,
+) -> None:
+    write_run(tmp_path, 3)
+    with opened(write_report(tmp_path, MODEL)) as driver:
+        sides = driver.execute_script(
+            # A block of 8 x 8 x 8 cubes, 2 wide, and one away from them.
+            "const n = 513, columns = () => [0, 1, 2].map(() => new Float32Array(n));"
+            "const position = columns(), edges = columns();"
+            "for (let i = 0; i < 512; i++) [i % 8, (i >> 3) % 8, i >> 6]"
+            ".forEach((place, k) => { position[k][i] = 2 * place; });"
+            "position.forEach((column) => { column[512] = 40; });"
+            "edges.forEach((column) => column.fill(1));"
+            "const soil = new Tilth.Soil({ count: n, enlarged: 1, position, edges }, 3, [0, 0, 0]);"
+            "const planes = [0, 1, 2].map(() => new THREE.Vector4(0, 0, 0, 1));"
+            "const count = () => { const rows = soil.seen(planes);"
+            "return [rows.length, soil.sides(rows).map((sides) => sides.length)]; };"
+            "const whole = count(); planes[0].set(1, 0, 0, 7); const half = count();"
+            "return [whole, half]"
+        )
+    outer = 6 * 8**2
+    assert sides[0][0] < 513
+    assert sum(sides[0][1]) == outer + 6
+    assert sides[0][1] == [65] * 6
+    assert sum(sides[1][1]) == 2 * 64 + 4 * 32, "half of the block, without the cube away from it"
+
+
+def test_on_paper_all_figures_are_whole_and_light_without_controls(tmp_path: Path) -> None:
+    write_run(tmp_path, 2)
+    page = write_report(tmp_path, MODEL, setup=make_setup((6, 4)))
+    # A4 without margins of 15 mm at 96 dpi; the reader's screen is dark.
+    with opened(page, (680, 1009), dark=True) as driver:
+        dark = {"name": "prefers-color-scheme", "value": "dark"}
+        driver.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print", "features": [dark]})
+        seen = driver.execute_script(
+            "const all = Array.from(document.body.querySelectorAll('*'), (element) => [element,"
+            "getComputedStyle(element), element.getBoundingClientRect()])"
+            ".filter(([, , box]) => box.width > 0 && box.height > 0);"
+            "const light = (text) => { const [r, g, b, a = 1] = text.match(/[\\d.]+/g).map(Number);"
+            "return a === 0 || Math.min(r, g, b) > 200; };"
+            "const controls = 'canvas, button, select, input, nav';"
+            "return { controls: all.filter(([e]) => e.matches(controls)).map(([e]) => e.outerHTML),"
+            "dark: all.filter(([, style]) => !light(style.backgroundColor))"
+            ".map(([e]) => e.outerHTML),"
+            "figures: all.filter(([e]) => e.tagName === 'IMG')"
+            ".map(([, , box]) => [box.left, box.right, box.height]),"
+            "alone: all.filter(([e, style]) => /^H\\d$/.test(e.tagName)"
+            "&& style.breakAfter !== 'avoid').length,"
+            "wide: document.documentElement.scrollWidth,"
+            "images: document.images.length }"
+        )
+        pdf = base64.b64decode(driver.execute_cdp_cmd("Page.printToPDF", {})["data"])
+    assert seen["controls"] == []
+    assert seen["dark"] == []
+    assert len(seen["figures"]) == seen["images"] > 3
+    for left, right, height in seen["figures"]:
+        assert left >= 0
+        assert right <= 680
+        assert height <= 1009
+    assert seen["alone"] == 0
+    assert seen["wide"] <= 680
+    assert pdf.startswith(b"%PDF")

@@ -34,11 +34,12 @@ from tilth.output.safety_files import read_safety
 from tilth.output.vtkhdf import Results, read_results
 from tilth.report.contact_plots import contact_note, draw_contact
 from tilth.report.energies import draw_energies, energy_table
-from tilth.report.explorer.page import LARGEST_PAGE, explorer_parts, styles
+from tilth.report.explorer.page import LARGEST_FRAME, LARGEST_PAGE, explorer_parts, styles
 from tilth.report.field_plots import draw_frames
 from tilth.report.fields import parameter_fields
 from tilth.report.history_plots import draw_curves, draw_newton
 from tilth.report.motion_plots import caption, draw_forces, ends_of_stages, motion_curves
+from tilth.report.page_size import within
 from tilth.report.relaxations import Relaxed, after, relaxation_table, relaxations
 from tilth.report.safety import MECHANISM_NOTE, draw_mechanism, draw_safety_curve, text_of
 from tilth.report.setup import Setup, page_setup
@@ -115,6 +116,7 @@ def write_report(
     parts.append(_section("Warnings and step cuts", _warnings(log)))
     parts.append(_section("The model", model_tables(summary)))
     parts.append(_section("Looking at the results", _how_to_open(results)))
+    parts = within(parts, LARGEST_PAGE - LARGEST_FRAME)
     used = sum(len(part.encode()) for part in parts)
     try:
         explored, scripts = explorer_parts(

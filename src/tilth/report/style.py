@@ -21,5 +21,12 @@ td { overflow-wrap: anywhere; }
 .warnings li { color: #9a4a00; }
 code { background: #f4f3ef; padding: 0 0.2rem; }
 footer { max-width: 1040px; margin: 0 auto; padding: 0.6rem 2rem; color: #888; font-size: 0.85rem; }
-@media print { body { background: #fff; } section { break-inside: avoid; } }
+@media print {
+  @page { margin: 15mm; }
+  body { background: #fff; font-size: 10pt; } main { max-width: none; padding: 0; }
+  h1, h2, h3 { break-after: avoid; } h2 { margin-top: 1.4rem; }
+  img { max-height: 24cm; } img, table, li, .state { break-inside: avoid; } footer { padding: 0; }
+  table { font-size: 8.5pt; } th, td { padding-right: 0.8rem; min-width: 5em; }
+  .state { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
+}
 """

@@ -2,7 +2,7 @@
 // The body at all outputs: chooses output, field and colours, and shows a point's values.
 "use strict";
 Tilth.Body = class {
-  static start() { return new Tilth.Body(Tilth.data.body, Tilth.data.maps); }
+  static start() { return Tilth.data.body && new Tilth.Body(Tilth.data.body, Tilth.data.maps); }
 
   constructor(body, maps) {
     this.body = body; this.maps = maps; this.kept = new Map(); this.index = 0; this.picked = null; this.latest = 0;
@@ -16,10 +16,11 @@ Tilth.Body = class {
     try { this.scene = new Tilth.Scene(get("canvas"), body, maps); }
     catch (error) { Tilth.element("explore-body").hidden = true; throw error; }
     this.scene.drawn = this.drawn.value;
-    this.time.oninput = () => this.show(Number(this.time.value));
+    if (!plane) this.scene.triad = new Tilth.Triad(get("triad"), body.axes);
+    this.time.oninput = () => this.show(Number(this.time.value), true);
     this.field.onchange = this.scale.onchange = () => this.show(this.index);
     get("low").oninput = get("high").oninput = () => this.show(this.index);
-    this.drawn.onchange = () => { this.scene.drawn = this.drawn.value; this.scene.draw(); };
+    this.drawn.onchange = () => { this.scene.setDrawn(this.drawn.value); };
     for (const kind of ["tracked", "rigid", "boundary"]) {
       const any = body.frames.some((frame) => frame.lines.some((part) => part.kind === kind));
       get(kind).parentElement.hidden = !any;
@@ -43,10 +44,17 @@ Tilth.Body = class {
     const stored = this.body.frames[index], columns = (list) => Promise.all(list.map(Tilth.rounded));
     const [position, edges, lines] = await Promise.all([columns(stored.position), columns(stored.domain),
       Promise.all(stored.lines.map(async (part) => ({ ...part, position: await columns(part.position) })))]);
-    const frame = { count: stored.count, position, edges, lines, columns: new Map() };
+    const frame = { count: stored.count, enlarged: stored.enlarged, position, edges, lines, columns: new Map() };
     this.kept.set(index, frame);
-    if (this.kept.size > 6) this.kept.delete(this.kept.keys().next().value);
+    if (this.kept.size > Math.max(6, 1e6 / Math.max(frame.count, 1))) this.forget(this.kept.keys().next().value);
     return frame;
+  }
+
+  forget(index) {
+    const { soil } = this.kept.get(index);
+    if (soil) soil.dispose();
+    if (soil && soil.field) soil.field.dispose();
+    this.kept.delete(index);
   }
 
   async column(index, frame, number) {
@@ -55,14 +63,16 @@ Tilth.Body = class {
   }
 
   async values(index, frame, field) {
+    if (frame.latest && frame.latest.field === field) return frame.latest.values;
     const parts = await Promise.all(field.columns.map((number) => this.column(index, frame, number)));
     if (field.operation === "value") return parts[0];
     const values = new Float32Array(frame.count);
     for (let i = 0; i < frame.count; i++) values[i] = Tilth.Body.operations[field.operation](parts.map((part) => part[i]));
+    frame.latest = { field, values };
     return values;
   }
 
-  async show(index) {
+  async show(index, moving = false) {
     const ticket = ++this.latest, field = this.body.fields[Number(this.field.value)];
     const frame = await this.load(index), values = await this.values(index, frame, field);
     if (ticket !== this.latest) return;
@@ -72,7 +82,7 @@ Tilth.Body = class {
     this.colours(field, index);
     const { step, time, stage, total } = this.body.frames[index], unit = this.body.time_unit ? ` ${this.body.time_unit}` : "";
     Tilth.element("body-when").textContent = `${stage ? `${stage}: ` : ""}step ${step}, time ${Tilth.text(time, 4)}${unit}, ${total.toLocaleString("en")} points`;
-    this.scene.draw();
+    if (moving) this.scene.move(); else this.scene.draw();
     if (this.picked !== null) await this.tell();
   }
 
@@ -98,7 +108,7 @@ Tilth.Body = class {
     const button = Tilth.element("body-play");
     if (this.timer) { clearInterval(this.timer); this.timer = null; button.textContent = "\u25b6"; return; }
     button.textContent = "\u23f8";
-    this.timer = setInterval(() => { const next = (this.index + 1) % this.body.frames.length; this.time.value = next; this.show(next); }, 200);
+    this.timer = setInterval(() => { const next = (this.index + 1) % this.body.frames.length; this.time.value = next; this.show(next, true); }, 200);
   }
 
   // Sliders that cut the body along each axis.
@@ -165,6 +175,6 @@ Tilth.Body.operations = {
 
 (async () => {
   try { Tilth.curves = await Tilth.Curves.start(); } catch (error) { Tilth.failed(error); }
-  try { Tilth.view = Tilth.Body.start(); await Tilth.view.ready; } catch (error) { Tilth.failed(error); }
+  try { Tilth.view = Tilth.Body.start(); if (Tilth.view) await Tilth.view.ready; } catch (error) { Tilth.failed(error); }
   Tilth.ready = true;
 })();

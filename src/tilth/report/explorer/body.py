@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -11,7 +12,7 @@ import numpy as np
 
 from tilth.arrays import Floats, Integers
 from tilth.bodies.corners import corner_signs
-from tilth.output.snapshot import Snapshot, SurfaceShape
+from tilth.output.snapshot import Snapshot
 from tilth.output.vtkhdf import Results
 from tilth.report.colour_scale import ColourScale
 from tilth.report.explorer.fields import Shown, column_values, columns_of, shown_fields
@@ -21,7 +22,11 @@ from tilth.report.fields import field_values
 FEWEST_POINTS = 20_000
 """Points that are shown at least, where there are so many."""
 _FEWEST_FIELDS = 8
-_TRIES = 6
+"""As long as there is an output other than the first and the last to leave out."""
+_SPARE = 1.04
+"""More points than that are wanted: they are chosen at random."""
+_PATIENCE = 3
+"""Tries that believe in sizes in proportion; later ones at least halve what they leave."""
 
 
 @dataclass(frozen=True)
@@ -33,6 +38,8 @@ class Choice:
     fields: tuple[Shown, ...]
     share: float
     """Of the points."""
+    surroundings: bool = True
+    """Tracked surfaces, rigid bodies and boundaries."""
 
 
 def pack_body(
@@ -43,25 +50,32 @@ def pack_body(
     axis_names: Sequence[str],
     stage_at: Callable[[float], str],
     boundaries: Callable[[int], list[dict[str, Any]]],
-) -> tuple[dict[str, Any], Blobs]:
+) -> tuple[dict[str, Any], Blobs] | None:
     """Returns the description of all outputs and their numbers, at most ``budget`` characters.
 
-    Points are left out first, down to ``FEWEST_POINTS``, then fields, then outputs; ``notes`` of
-    the description say so. ``stage_at`` names the stage at a total time, ``boundaries`` returns the
-    boundaries at a step as parts with ``name``, ``position`` (k, 2, dim) and ``kind``.
+    Points are left out first, down to ``FEWEST_POINTS``, then fields, then outputs evenly but for
+    the first and the last one, then all fields but one, then what surrounds the soil; ``notes`` of
+    the description say so. None if even that does not fit. ``stage_at`` names the stage at a total
+    time, ``boundaries`` returns the boundaries at a step as parts with ``name``, ``position``
+    (k, 2, dim) and ``kind``.
     """
     first, last = results.snapshot(0), results.snapshot(-1)
     every = shown_fields(last, results.units, colour_by)
     count = max(len(first.position), len(last.position))
     everything = Choice(tuple(range(len(results))), tuple(every), 1.0)
-    choice = everything
-    for _ in range(_TRIES):
+    choice, tries = everything, 0
+    while True:
         frames, blobs = _pack(results, choice, boundaries, stage_at, budget)
-        share_used = blobs.size / budget * len(choice.frames) / max(len(frames), 1)
-        if share_used <= 1.0 and len(frames) == len(choice.frames):
+        used = blobs.size + _size(frames) + _size(_described(choice.fields, frames))
+        complete = len(frames) == len(choice.frames)
+        if complete and used <= budget:
             break
-        choice = _less(choice, 0.93 / share_used, count)
-    notes = _notes(everything, choice, count)
+        ratio = 0.93 * budget / used * len(frames) / len(choice.frames)
+        tries += 1
+        smaller = _less(choice, min(max(ratio, 0.0), 0.9 if tries <= _PATIENCE else 0.5), count)
+        if smaller is None:
+            return None
+        choice = smaller
     low = np.min([frame["low"] for frame in frames], axis=0)
     high = np.max([frame["high"] for frame in frames], axis=0)
     named = next((s.name for s in choice.fields if s.name == colour_by), choice.fields[0].name)
@@ -72,43 +86,56 @@ def pack_body(
         "time_unit": results.units.get("time", ""),
         "low": low.tolist(),
         "high": high.tolist(),
-        "spacing": _spacing(first) * choice.share ** (-1.0 / results.dim),
-        "enlarged": choice.share ** (-1.0 / results.dim),
+        "spacing": _spacing(first),
         "columns": [list(column) for column in columns_of(choice.fields)],
         "fields": _described(choice.fields, frames),
         "start": named,
         "frames": frames,
-        "notes": notes,
+        "notes": _notes(everything, choice, frames),
     }
     return description, blobs
 
 
-def _less(choice: Choice, ratio: float, count: int) -> Choice:
-    """Returns a choice of about ``ratio`` of the size: fewer points, else fields, else outputs."""
-    least = min(1.0, FEWEST_POINTS / count)
+def _size(content: Any) -> int:
+    """Returns the number of characters of a description."""
+    return len(json.dumps(content, separators=(",", ":"), default=float))
+
+
+def _less(choice: Choice, ratio: float, count: int) -> Choice | None:
+    """Returns a choice of about ``ratio`` of the size, None if there is no smaller one."""
+    least = min(1.0, _SPARE * FEWEST_POINTS / max(count, 1))
+    fields, frames = len(choice.fields), len(choice.frames)
     if choice.share > least:
         return replace(choice, share=max(least, choice.share * ratio))
-    kept = len(choice.fields)
-    if kept > _FEWEST_FIELDS:
-        return replace(choice, fields=choice.fields[: max(_FEWEST_FIELDS, int(kept * ratio))])
-    wanted = max(2, int(len(choice.frames) * ratio))
-    chosen = np.unique(np.round(np.linspace(0, len(choice.frames) - 1, wanted)).astype(int))
-    return replace(choice, frames=tuple(choice.frames[int(index)] for index in chosen))
+    if fields > _FEWEST_FIELDS:
+        return replace(choice, fields=choice.fields[: max(_FEWEST_FIELDS, int(fields * ratio))])
+    if frames > 2:
+        chosen = np.round(np.linspace(0, frames - 1, max(2, int(frames * ratio)))).astype(int)
+        return replace(choice, frames=tuple(choice.frames[index] for index in chosen.tolist()))
+    if fields > 1:
+        return replace(choice, fields=choice.fields[:1])
+    return replace(choice, surroundings=False) if choice.surroundings else None
 
 
-def _notes(everything: Choice, choice: Choice, count: int) -> list[str]:
+def _notes(everything: Choice, choice: Choice, frames: Sequence[dict[str, Any]]) -> list[str]:
     """Returns sentences on what the page leaves out."""
     notes = []
-    if choice.share < 1.0:
+    last = frames[-1]
+    if last["count"] < last["total"]:
         notes.append(
-            f"About {choice.share * count:,.0f} of {count:,} points are shown, chosen at random, "
+            f"{last['count']:,} of {last['total']:,} points are shown, chosen at random, "
             "with larger domains."
         )
     if len(choice.fields) < len(everything.fields):
         names = ", ".join(s.name.replace("_", " ") for s in everything.fields[len(choice.fields) :])
         notes.append(f"Not in this page, but in results.vtkhdf: {names}.")
     if len(choice.frames) < len(everything.frames):
-        notes.append(f"{len(choice.frames)} of {len(everything.frames)} outputs are shown.")
+        notes.append(
+            f"{len(choice.frames)} of {len(everything.frames)} outputs are shown; all are in "
+            "results.vtkhdf."
+        )
+    if not choice.surroundings:
+        notes.append("Surfaces, rigid bodies and boundaries are not in this page.")
     return notes
 
 
@@ -125,7 +152,8 @@ def _pack(
         snapshot = results.snapshot(index)
         frame = _frame(snapshot, choice, results, blobs)
         frame["stage"] = stage_at(snapshot.time)
-        frame["lines"] += [_line(blobs, part) for part in boundaries(snapshot.step)]
+        if choice.surroundings:
+            frame["lines"] += _surroundings(blobs, snapshot, boundaries(snapshot.step))
         frames.append(frame)
         if blobs.size > 2 * budget:
             break
@@ -133,7 +161,9 @@ def _pack(
 
 
 def _frame(snapshot: Snapshot, choice: Choice, results: Results, blobs: Blobs) -> dict[str, Any]:
-    chosen = _chosen(snapshot.point_id, choice.share)
+    n = len(snapshot.point_id)
+    share = min(1.0, max(choice.share, _SPARE * FEWEST_POINTS / max(n, 1)))
+    chosen = _chosen(snapshot.point_id, share)
     position = snapshot.position[chosen]
     inside = [position] if len(position) else [np.zeros((1, snapshot.dim))]
     ranges = []
@@ -141,15 +171,12 @@ def _frame(snapshot: Snapshot, choice: Choice, results: Results, blobs: Blobs) -
         values = _values(snapshot, shown, results)
         known = values[np.isfinite(values)]
         ranges.append([float(known.min()), float(known.max())] if len(known) else None)
-    shapes = [_shape(blobs, s, "tracked", snapshot.dim) for s in snapshot.surfaces if len(s.cells)]
-    shapes += [
-        _shape(blobs, s, "rigid", snapshot.dim) for s in snapshot.rigid_bodies if len(s.cells)
-    ]
     return {
         "step": snapshot.step,
         "time": snapshot.time,
         "count": len(chosen),
         "total": len(snapshot.position),
+        "enlarged": share ** (-1.0 / snapshot.dim),
         "id": blobs.exact(snapshot.point_id[chosen], "<u4"),
         "position": [blobs.rounded(column) for column in position.T],
         "domain": [blobs.rounded(column) for column in _edges(snapshot, chosen).T],
@@ -158,10 +185,23 @@ def _frame(snapshot: Snapshot, choice: Choice, results: Results, blobs: Blobs) -
             for column in columns_of(choice.fields)
         ],
         "ranges": ranges,
-        "lines": shapes,
+        "lines": [],
         "low": np.min([part.min(axis=0) for part in inside], axis=0).tolist(),
         "high": np.max([part.max(axis=0) for part in inside], axis=0).tolist(),
     }
+
+
+def _surroundings(
+    blobs: Blobs, snapshot: Snapshot, boundaries: Sequence[dict[str, Any]]
+) -> list[dict[str, Any]]:
+    shapes = [("tracked", shape) for shape in snapshot.surfaces]
+    shapes += [("rigid", shape) for shape in snapshot.rigid_bodies]
+    parts = [
+        {"name": shape.name, "kind": kind, "position": shape.position[shape.cells]}
+        for kind, shape in shapes
+        if len(shape.cells)
+    ]
+    return [_line(blobs, part) for part in [*parts, *boundaries]]
 
 
 def _values(snapshot: Snapshot, shown: Shown, results: Results) -> Floats:
@@ -208,11 +248,6 @@ def _spacing(snapshot: Snapshot) -> float:
             return float(2.0 * np.median(half.prod(axis=1)) ** (1.0 / dim))
     size = np.ptp(snapshot.position, axis=0) if n else np.ones(dim)
     return float((np.maximum(size, 1e-9 * size.max()).prod() / max(n, 1)) ** (1.0 / dim))
-
-
-def _shape(blobs: Blobs, shape: SurfaceShape, kind: str, dim: int) -> dict[str, Any]:
-    corner = shape.position[shape.cells]
-    return _line(blobs, {"name": shape.name, "kind": kind, "position": corner})
 
 
 def _line(blobs: Blobs, part: dict[str, Any]) -> dict[str, Any]:

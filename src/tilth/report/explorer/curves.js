@@ -18,6 +18,7 @@ Tilth.Curves = class {
     Tilth.element("curve-whole").onclick = () => this.draw();
     Tilth.element("curve-csv").onclick = () => this.download();
     Tilth.element("explore-curves").hidden = false;
+    if (curves.rows < curves.steps) Tilth.element("curve-notes").textContent = `${curves.rows.toLocaleString("en")} of ${curves.steps.toLocaleString("en")} rows are shown; all are in history.csv.`;
     new ResizeObserver(() => this.plot && this.plot.setSize(this.size())).observe(this.place);
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.draw());
     this.draw();
@@ -94,7 +95,7 @@ Tilth.Curves = class {
     this.mark.hidden = best < 0;
     if (best < 0) return;
     this.mark.style.left = `${plot.valToPos(xs[best], "x")}px`; this.mark.style.top = `${plot.valToPos(ys[best], "y")}px`;
-    Tilth.element("curve-reading").textContent = `step ${best}: ${this.x.value} = ${Tilth.text(xs[best], 6)}, ${this.y.value} = ${Tilth.text(ys[best], 6)}`;
+    Tilth.element("curve-reading").textContent = `step ${this.column("step")[best]}: ${this.x.value} = ${Tilth.text(xs[best], 6)}, ${this.y.value} = ${Tilth.text(ys[best], 6)}`;
   }
 
   csv() {

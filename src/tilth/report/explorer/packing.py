@@ -15,6 +15,8 @@ from tilth.arrays import Floats, Integers
 
 STEPS = 65534
 """Steps between the smallest and the largest number; the next integer is "no value"."""
+_ELEMENT = 70
+"""Characters around a text in the page, at most."""
 
 
 @dataclass
@@ -53,8 +55,15 @@ class Blobs:
 
     @property
     def size(self) -> int:
-        """Number of characters."""
-        return sum(len(text) for text in self.texts)
+        """Number of characters, with those of the elements that hold the texts."""
+        return sum(len(text) + _ELEMENT for text in self.texts)
+
+    def elements(self, group: str) -> str:
+        """Returns the elements that hold the texts; ``group`` begins their names."""
+        return "".join(
+            f'<script type="text/plain" id="{group}-blob-{number}">{text}</script>\n'
+            for number, text in enumerate(self.texts)
+        )
 
 
 def _by_place(numbers: NDArray[Any]) -> bytes:

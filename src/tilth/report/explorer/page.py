@@ -18,7 +18,7 @@ from tilth.output.vtkhdf import Results
 from tilth.report.colour_scale import ColourScale
 from tilth.report.explorer.body import pack_body
 from tilth.report.explorer.boundaries import boundaries_at
-from tilth.report.explorer.curves import pack_curves
+from tilth.report.explorer.curves import LARGEST_CURVES, pack_curves
 from tilth.report.explorer.packing import Blobs
 from tilth.report.motion_plots import motion_curves
 from tilth.report.setup_data import Setup
@@ -27,13 +27,18 @@ from tilth.report.stage_setups import StagedSetup
 
 LARGEST_PAGE = 15_000_000
 """Size of a page, at most [bytes]."""
-_MARGIN = 300_000
+_MARGIN = 200_000
+LARGEST_FRAME = LARGEST_CURVES + 1_000_000
+"""Size of the interactive part without the body at all outputs, at most [bytes]."""
 STYLES = ("vendor/uPlot.min.css", "explorer.css")
 SCRIPTS = (
     "vendor/three.min.js",
     "vendor/uPlot.iife.min.js",
     "data.js",
     "shaders.js",
+    "soil.js",
+    "field.js",
+    "triad.js",
     "scene.js",
     "curves.js",
     "body.js",
@@ -64,23 +69,26 @@ def explorer_parts(
     curve_data = pack_curves(tables, curves, stages, unit, curve_blobs)
     time_of = dict(zip(results.steps, results.times, strict=True))
     kind = str(summary.get("analysis", {}).get("kind", ""))
-    body, blobs = pack_body(
+    fixed = len(scripts.encode()) + curve_blobs.size + _MARGIN
+    packed = pack_body(
         results,
         colour_by,
-        room - len(scripts) - curve_blobs.size - _MARGIN,
+        room - fixed,
         axis_names=("r" if kind == "axisymmetric" else "x", "y", "z"),
         stage_at=lambda time: stage_of(stages, time)[0] if stages else "",
         boundaries=lambda step: boundaries_at(setup, moving, step, time_of[step]),
     )
+    body, blobs = packed or (None, Blobs())
     content = {"curves": curve_data, "body": body, "maps": {n: _map(n) for n in _MAPS}}
     text = json.dumps(content, separators=(",", ":"), default=float).replace("<", "\\u003c")
-    data = "".join(
-        f'<script type="text/plain" id="{kind}-blob-{k}">{blob}</script>\n'
-        for kind, group in (("curves", curve_blobs), ("body", blobs))
-        for k, blob in enumerate(group.texts)
-    )
+    data = curve_blobs.elements("curves") + blobs.elements("body")
     end = f'<script type="application/json" id="tilth-data">{text}</script>\n{data}{scripts}'
-    return str(_source("sections.html")), end
+    sections = str(_source("sections.html"))
+    return sections if packed else sections + f"<p>{_NO_ROOM}</p>\n", end
+
+
+_NO_ROOM = f"""The body at all outputs is not in this page: beside the rest it would be larger than
+{LARGEST_PAGE / 1e6:.0f} MB. All of it is in results.vtkhdf."""
 
 
 def styles() -> str:

@@ -8,11 +8,11 @@ Tilth.Scene = class {
     this.middle = this.low.map((low, k) => 0.5 * (low + this.high[k]));
     this.half = this.low.map((low, k) => 0.5 * (this.high[k] - low));
     this.radius = Math.hypot(...this.half) || 1;
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio || 1, 2));
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: false });
+    this.renderer.setPixelRatio(Tilth.Scene.sharp);
     this.renderer.autoClear = false;
-    this.scene = new THREE.Scene(); this.soil = new THREE.Group(); this.lines = new THREE.Group();
-    this.scene.add(this.soil, this.lines, new THREE.HemisphereLight(0xffffff, 0x777777, 2.5));
+    this.scene = new THREE.Scene(); this.ground = new THREE.Group(); this.lines = new THREE.Group();
+    this.scene.add(this.ground, this.lines, new THREE.HemisphereLight(0xffffff, 0x777777, 2.5));
     this.camera = new THREE.OrthographicCamera();
     this.controls = new THREE.OrbitControls(this.camera, canvas);
     this.controls.enableRotate = !this.plane; this.controls.zoomToCursor = true;
@@ -20,22 +20,24 @@ Tilth.Scene = class {
     if (this.plane) {
       this.controls.mouseButtons.LEFT = THREE.MOUSE.PAN; this.controls.touches.ONE = THREE.TOUCH.PAN;
     }
-    this.controls.addEventListener("change", () => this.draw());
-    this.uniforms = {
-      planes: { value: [0, 1, 2].map(() => new THREE.Vector4(0, 0, 0, 1)) },
-      range: { value: new THREE.Vector2(0, 1) }, map: { value: null }, plane: { value: this.plane ? 1 : 0 },
-      reach: { value: body.enlarged * (this.plane ? 1.0 : 0.97) }, size: { value: 4 },
-    };
+    this.controls.addEventListener("change", () => this.move());
+    this.planes = [0, 1, 2].map(() => new THREE.Vector4(0, 0, 0, 1));
+    this.uniforms = { range: { value: new THREE.Vector2(0, 1) }, map: { value: null }, plane: { value: this.plane ? 1 : 0 }, size: { value: 4 } };
+    for (const name of ["means", "mask"]) this.uniforms[name] = { value: null };
     this.maps = Object.fromEntries(Object.entries(maps).map(([name, colours]) => [name, this.texture(colours)]));
-    this.material = (name, more = {}) => new THREE.ShaderMaterial({
-      ...Tilth.shaders[name], uniforms: { ...this.uniforms, ...more }, side: THREE.DoubleSide, depthTest: !this.plane, depthWrite: !this.plane,
-    });
-    this.materials = { domains: this.material("domains"), points: this.material("points") };
-    this.sums = null; this.drawn = "domains"; this.shown = { tracked: true, rigid: true, boundary: true };
-    this.pixels = new THREE.Vector2(1, 1); this.pending = false; this.frames = 0;
-    if (this.plane) this.prepareField();
+    this.materials = { domains: this.material("domains"), points: this.material("points"), field: this.material("field") };
+    this.materials.field.transparent = true;
+    this.drawn = "domains"; this.shown = { tracked: true, rigid: true, boundary: true };
+    this.pixels = new THREE.Vector2(1, 1); this.pending = this.moving = this.weak = false; this.slow = this.frames = 0;
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
     this.look(); this.resize();
+  }
+
+  material(name, more = {}) {
+    return new THREE.ShaderMaterial({
+      ...Tilth.shaders[name], uniforms: { ...this.uniforms, ...more }, depthTest: !this.plane, depthWrite: !this.plane,
+      side: name === "domains" && !this.plane ? THREE.FrontSide : THREE.DoubleSide,
+    });
   }
 
   texture(colours) {
@@ -46,56 +48,58 @@ Tilth.Scene = class {
     return texture;
   }
 
-  // A continuous field in the plane: weighted sums over the domains around each pixel, then their mean.
-  prepareField() {
-    this.sums = new THREE.WebGLRenderTarget(4, 4, { type: THREE.HalfFloatType, depthBuffer: false, minFilter: THREE.NearestFilter, magFilter: THREE.NearestFilter });
-    this.sumMaterial = this.material("sums", { reach: { value: 2.8 * this.body.enlarged } });
-    Object.assign(this.sumMaterial, { transparent: true, blending: THREE.CustomBlending, blendEquation: THREE.AddEquation, blendSrc: THREE.OneFactor, blendDst: THREE.OneFactor });
-    this.fieldScene = new THREE.Scene();
-    const material = this.material("mean", { sums: { value: this.sums.texture }, gap: { value: this.gap = new THREE.Vector2() } });
-    const whole = new THREE.Mesh(new THREE.PlaneGeometry(2, 2), material);
-    whole.frustumCulled = false; this.fieldScene.add(whole);
-  }
-
-  // Takes the numbers of one output: `position` and `edges` by component, `values` of the points.
+  // Takes the numbers of one output: `position` and `edges` by component.
   setFrame(frame) {
-    const n = frame.count, dim = this.body.dim, centre = new Float32Array(3 * n);
-    for (let k = 0; k < dim; k++) for (let i = 0; i < n; i++) centre[3 * i + k] = frame.position[k][i] - this.middle[k];
-    const edge = [0, 1, 2].map(() => new Float32Array(3 * n)), full = frame.edges.length > dim;
-    frame.edges.forEach((column, k) => {
-      const which = full ? Math.floor(k / dim) : k, axis = full ? k % dim : k;
-      for (let i = 0; i < n; i++) edge[which][3 * i + axis] = column[i];
-    });
-    this.centre = centre;
-    this.soil.children.forEach((each) => each.geometry.dispose()); this.soil.clear();
-    this.value = new THREE.InstancedBufferAttribute(new Float32Array(n), 1);
-    this.pointValue = new THREE.BufferAttribute(this.value.array, 1);
-    const box = new THREE.InstancedBufferGeometry();
-    box.setAttribute("corner", new THREE.BufferAttribute(this.corners(), 3));
-    box.setAttribute("position", box.getAttribute("corner"));
-    [["centre", centre], ["a", edge[0]], ["b", edge[1]], ["c", edge[2]]].forEach(([name, array]) => box.setAttribute(name, new THREE.InstancedBufferAttribute(array, 3)));
-    box.setAttribute("value", this.value); box.instanceCount = n;
-    const cloud = new THREE.BufferGeometry();
-    cloud.setAttribute("position", new THREE.BufferAttribute(centre, 3)); cloud.setAttribute("value", this.pointValue);
-    this.box = new THREE.Mesh(box, this.materials.domains); this.cloud = new THREE.Points(cloud, this.materials.points);
-    this.box.frustumCulled = this.cloud.frustumCulled = false;
-    this.soil.add(this.box, this.cloud);
-    this.setLines(frame.lines);
-  }
-
-  corners() {
-    if (this.plane) return new Float32Array([-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, -1, 0, 1, 1, 0, -1, 1, 0]);
-    const found = [];
-    for (let axis = 0; axis < 3; axis++) for (const end of [-1, 1]) for (const [s, t] of [[-1, -1], [1, -1], [1, 1], [-1, -1], [1, 1], [-1, 1]]) {
-      const corner = [0, 0, 0]; corner[axis] = end; corner[(axis + 1) % 3] = s; corner[(axis + 2) % 3] = t; found.push(...corner);
-    }
-    return new Float32Array(found);
+    this.soil = frame.soil = frame.soil || new Tilth.Soil(frame, this.body.dim, this.middle);
+    this.values = new Float32Array(frame.count);
+    this.setLines(frame.lines); this.rebuild();
   }
 
   setValues(values) {
-    const kept = this.value.array;
-    for (let i = 0; i < kept.length; i++) kept[i] = Number.isNaN(values[i]) ? 2e38 : values[i];
-    this.value.needsUpdate = this.pointValue.needsUpdate = true;
+    for (let i = 0; i < values.length; i++) this.values[i] = Number.isNaN(values[i]) ? Tilth.none : values[i];
+    this.coloured = false;
+  }
+
+  setDrawn(drawn) { this.drawn = drawn; this.rebuild(); this.draw(); }
+
+  rebuild() { this.built = this.coloured = false; }
+
+  // Makes what is drawn of the soil, unless it is there.
+  build() {
+    if (this.built) return;
+    this.ground.clear();
+    this.rows = this.soil.seen(this.planes);
+    if (this.drawn === "points") this.ground.add(...this.soil.shapes("points", this.rows).map((shape) => new THREE.Points(shape, this.materials.points)));
+    else if (this.drawn === "domains") this.ground.add(...this.soil.shapes("domains", this.rows).map((shape) => new THREE.Mesh(shape, this.materials.domains)));
+    else this.buildField();
+    for (const each of this.ground.children) each.frustumCulled = false;
+    this.built = true; this.coloured = false;
+  }
+
+  // A continuous field in the plane.
+  buildField() {
+    const field = this.soil.field = this.soil.field || new Tilth.Field(this.soil);
+    this.uniforms.means.value = field.values; this.uniforms.mask.value = field.mask;
+    this.ground.add(new THREE.Mesh(field.shape, this.materials.field));
+  }
+
+  colour() {
+    if (this.coloured) return;
+    this.coloured = true;
+    if (this.drawn === "field") { this.soil.field.setValues(this.values); return; }
+    for (const { geometry: { attributes: { value }, userData: { owner, each } } } of this.ground.children) {
+      for (let k = 0; k < value.array.length; k++) value.array[k] = this.values[owner[Math.floor(k / each)]];
+      value.needsUpdate = true;
+    }
+  }
+
+  // Leaves out the sides that look away from the viewer, who is far away.
+  face() {
+    const towards = this.camera.getWorldDirection(new THREE.Vector3()).negate();
+    for (const each of this.ground.children) {
+      const { mean, spread } = each.geometry.userData;
+      if (mean) each.visible = mean.dot(towards) > -spread;
+    }
   }
 
   setScale(low, high, map) {
@@ -104,8 +108,8 @@ Tilth.Scene = class {
 
   setSection(axis, sign, place) {
     const normal = [0, 0, 0]; normal[axis] = sign;
-    this.uniforms.planes.value[axis].set(...normal, sign === 0 ? 1 : sign * (place - this.middle[axis]));
-    this.draw();
+    this.planes[axis].set(...normal, sign === 0 ? 1 : sign * (place - this.middle[axis]));
+    this.rebuild(); this.move();
   }
 
   setLines(parts) {
@@ -141,13 +145,14 @@ Tilth.Scene = class {
   }
 
   strokes(at, tint, width) {
-    const n = at.length / 6, start = new Float32Array(3 * n), end = new Float32Array(3 * n);
-    for (let i = 0; i < n; i++) { start.set(at.subarray(6 * i, 6 * i + 3), 3 * i); end.set(at.subarray(6 * i + 3, 6 * i + 6), 3 * i); }
-    const shape = new THREE.InstancedBufferGeometry();
-    shape.setAttribute("corner", new THREE.BufferAttribute(new Float32Array([-1, -1, 1, -1, 1, 1, -1, -1, 1, 1, -1, 1]), 2));
-    shape.setAttribute("position", new THREE.BufferAttribute(new Float32Array(18), 3));
-    shape.setAttribute("start", new THREE.InstancedBufferAttribute(start, 3)); shape.setAttribute("end", new THREE.InstancedBufferAttribute(end, 3));
-    shape.instanceCount = n;
+    const n = at.length / 6, start = new Float32Array(12 * n), end = new Float32Array(12 * n), corner = new Float32Array(8 * n), index = new Uint32Array(6 * n);
+    for (let i = 0; i < n; i++) {
+      for (let k = 0; k < 4; k++) { start.set(at.subarray(6 * i, 6 * i + 3), 12 * i + 3 * k); end.set(at.subarray(6 * i + 3, 6 * i + 6), 12 * i + 3 * k); }
+      corner.set([-1, -1, 1, -1, 1, 1, -1, 1], 8 * i); index.set([0, 1, 2, 0, 2, 3].map((each) => 4 * i + each), 6 * i);
+    }
+    const shape = new THREE.BufferGeometry(); shape.setIndex(new THREE.BufferAttribute(index, 1));
+    shape.setAttribute("position", new THREE.BufferAttribute(start, 3)); shape.setAttribute("end", new THREE.BufferAttribute(end, 3));
+    shape.setAttribute("corner", new THREE.BufferAttribute(corner, 2));
     const material = this.material("lines", { tint: { value: new THREE.Color(...tint) }, pixels: { value: this.pixels }, width: { value: width } });
     const mesh = new THREE.Mesh(shape, material); mesh.frustumCulled = false; mesh.renderOrder = 3;
     return mesh;
@@ -169,11 +174,10 @@ Tilth.Scene = class {
     const height = Math.round(this.plane ? Math.min(room, Math.max(220, width * flat * 1.1 + 90)) : Math.min(room, Math.max(300, 0.66 * width)));
     this.renderer.setSize(width, height, false); this.canvas.style.height = `${height}px`;
     const [wide, high] = this.extent();
-    const top = this.plane ? 70 : 0;  // room for the key
+    const top = this.plane || width < 640 ? 70 : 0;  // room for the key
     const unit = Math.max(wide / width, high / Math.max(height - top - 14, 50)) || 1;
     Object.assign(this.camera, { left: -width * unit, right: width * unit, top: (height + (top ? top - 14 : 0)) * unit, bottom: -(height - (top ? top - 14 : 0)) * unit });
     this.camera.updateProjectionMatrix(); this.unit = 2 * unit; this.pixels.set(width, height);
-    if (this.sums) { const ratio = this.renderer.getPixelRatio(); this.sums.setSize(Math.round(width * ratio), Math.round(height * ratio)); }
     this.draw();
   }
 
@@ -185,46 +189,63 @@ Tilth.Scene = class {
     return [right, up].map((axis) => 1.08 * (Math.abs(axis.x) * this.half[0] + Math.abs(axis.y) * this.half[1] + Math.abs(axis.z) * this.half[2]));
   }
 
+  // Distance of the points that are shown, about [length].
+  spacing() { return this.body.spacing * this.soil.enlarged; }
+
   draw() {
     if (this.pending) return;
     this.pending = true;
     requestAnimationFrame(() => { this.pending = false; this.render(); });
   }
 
+  // Draws a movement: where pictures come slowly with fewer pixels, until it has ended.
+  move() {
+    clearTimeout(this.rest);
+    if (!this.moving && this.weak) this.renderer.setPixelRatio(1);
+    this.moving = true; this.draw();
+    this.rest = setTimeout(() => {
+      this.moving = false; this.slow = 0; this.latest = null;
+      if (this.renderer.getPixelRatio() === Tilth.Scene.sharp) return;
+      this.renderer.setPixelRatio(Tilth.Scene.sharp); this.render();
+    }, Tilth.Scene.still);
+  }
+
+  pace() {
+    const now = performance.now(), late = this.latest && now - this.latest > Tilth.Scene.slow;
+    this.slow = Math.max(0, this.slow + (late ? 1 : -0.25)); this.latest = now;
+    if (this.slow >= 3 && this.renderer.getPixelRatio() !== 1) { this.weak = true; this.renderer.setPixelRatio(1); }
+  }
+
   render() {
-    if (!this.box) return;
-    const ratio = this.renderer.getPixelRatio(), field = this.drawn === "field" && this.sums;
-    this.uniforms.size.value = Math.max(2, ratio * (0.95 * this.body.spacing * this.camera.zoom) / this.unit);
+    if (!this.soil) return;
+    if (this.moving) this.pace();
+    this.build(); this.colour(); this.face();
+    const ratio = this.renderer.getPixelRatio();
+    this.uniforms.size.value = Math.max(2, ratio * ((this.plane ? 0.95 : 1.05) * this.spacing() * this.camera.zoom) / this.unit);
     for (const each of this.lines.children) each.visible = this.shown[each.userData.kind];
     this.renderer.setClearColor(getComputedStyle(this.canvas.parentElement).backgroundColor, 1); this.renderer.clear();
-    this.cloud.visible = this.drawn === "points"; this.box.visible = this.drawn === "domains" || field;
-    if (field) {
-      this.lines.visible = false; this.box.material = this.sumMaterial;
-      const gap = (0.6 * this.body.spacing * this.camera.zoom) / this.unit;
-      this.gap.set(gap / this.pixels.x, gap / this.pixels.y);
-      this.renderer.setRenderTarget(this.sums); this.renderer.setClearColor(0, 0); this.renderer.clear();
-      this.renderer.render(this.scene, this.camera); this.renderer.setRenderTarget(null);
-      this.renderer.render(this.fieldScene, this.camera);
-      this.box.material = this.materials.domains; this.box.visible = false; this.lines.visible = true;
-    }
     this.renderer.render(this.scene, this.camera);
+    if (this.triad) this.triad.turn(this.camera);
     this.frames += 1;
   }
 
   // Returns the row of the point nearest to a place in the canvas [pixels], the front one in space.
   pick(x, y) {
-    const { width, height } = this.canvas.getBoundingClientRect(), place = new THREE.Vector3(), planes = this.uniforms.planes.value;
-    const reach = Math.max(10, (0.6 * this.body.spacing * this.camera.zoom) / this.unit), n = this.centre.length / 3;
+    const { width, height } = this.canvas.getBoundingClientRect(), place = new THREE.Vector3();
+    const reach = Math.max(10, (0.6 * this.spacing() * this.camera.zoom) / this.unit);
     let best = -1, least = Infinity;
-    for (let i = 0; i < n; i++) {
-      place.fromArray(this.centre, 3 * i);
-      if (planes.some((p) => p.x * place.x + p.y * place.y + p.z * place.z > p.w)) continue;
+    this.build();
+    for (const i of this.rows) {
+      place.fromArray(this.soil.centre, 3 * i);
       place.project(this.camera);
       const away = Math.hypot((place.x * 0.5 + 0.5) * width - x, (0.5 - place.y * 0.5) * height - y);
       if (away > reach) continue;
-      const rank = this.plane ? away : place.z * 40 * this.radius + (away / reach) * this.body.spacing;
+      const rank = this.plane ? away : place.z * 40 * this.radius + (away / reach) * this.spacing();
       if (rank < least) { least = rank; best = i; }
     }
     return best;
   }
 };
+Tilth.Scene.sharp = 2;  // pixels of the picture over those of the layout: smooth edges
+Tilth.Scene.slow = 50;  // time between pictures beyond which movements have fewer pixels [ms]
+Tilth.Scene.still = 150;  // time without movement after which they have all [ms]
