@@ -7,7 +7,7 @@ FOLDER is that of a run with a report. The browser draws without a graphics card
 the frames per second are a lower bound. They are limited by the pixels drawn, each as often as soil
 overlaps there, and by the triangles: both are printed. ``--pictures docs/gallery/report_2d`` saves
 the page as seen on a desktop, dark, and on a phone, as report_2d.png, report_2d_dark.png,
-report_2d_phone.png.
+report_2d_phone.png; docs/gallery has report_3d.png, report_3d_dark.png, report_3d_phone.png, too.
 """
 
 from __future__ import annotations
