@@ -153,10 +153,11 @@ class Stopped(Exception):
 def next_balance(
     simulation: Simulation, before: float, after: float, monkeypatch: pytest.MonkeyPatch
 ) -> Balance:
-    """Balance of the next step, which is not taken."""
+    """Balance of the next step, which is not taken, at the first values of its unknowns."""
     found: list[Balance] = []
 
     def stop(balance: Balance, *_: Any) -> None:
+        balance.first_unknowns()  # as a step does; from then on contact may hold a free body
         found.append(balance)
         raise Stopped
 
