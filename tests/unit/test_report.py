@@ -258,9 +258,13 @@ MODEL: dict[str, Any] = {
     "analysis": {"kind": "plane_strain", "line_search": False, "tolerance": 1e-9},
     "materials": {"clay": {"model": "hencky_elastic", "young_modulus": 1.2e7}},
     "bodies": [
-        {"name": "beam <1>", "shape": {"type": "box", "upper": [10.0, 1.0], "angle": None}},
+        {
+            "name": "beam <1>",
+            "shape": {"type": "box", "upper": [10.0, 1.0], "angle": None, "holes": []},
+        },
         {"name": "second", "spacing": 0.25},
     ],
+    "initial": {"stress": [], "equilibrium": True},
     "output": {"colour_by": "cauchy_stress_yy"},
 }
 
@@ -272,7 +276,10 @@ def test_model_becomes_tables() -> None:
     assert "beam &lt;1&gt;" in page
     assert "box: upper (10, 1)" in page
     assert "<th>line search</th><td>no</td>" in page
+    assert "<th>equilibrium</th><td>yes</td>" in page
     assert "None" not in page
+    assert "()" not in page
+    assert "holes" not in page
 
 
 def write_run(

@@ -68,17 +68,17 @@ def _spaced(values: Mapping[str, str]) -> dict[str, str]:
 
 
 def _text(value: Any) -> str:
-    """Returns a value as text without trailing zeros."""
-    if value is None:
+    """Returns a value as text without trailing zeros; nothing for none, and for an empty list."""
+    if value is None or (_is_list(value) and not value):
         return ""
     if isinstance(value, bool):
         return "yes" if value else "no"
     if isinstance(value, float):
         return f"{value:,.10g}"
     if isinstance(value, Mapping):
-        items = {key: item for key, item in value.items() if item is not None}
+        items = _filled(value)
         kind = items.pop("type", None)
-        inner = ", ".join(f"{key.replace('_', ' ')} {_text(item)}" for key, item in items.items())
+        inner = ", ".join(f"{key.replace('_', ' ')} {item}" for key, item in items.items())
         return f"{kind}: {inner}" if kind and inner else str(kind) if kind else inner
     if _is_list(value):
         shown = list(value)
