@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
+from clay_boxes import clay_box
 from free_bodies import falling
 from resumed_runs import assert_same_results, run_until
-from small_problems import plane
 
 from tilth import Model, resume, run
 from tilth.analysis.initial_equilibrium import InitialEquilibrium, find_initial_equilibrium
@@ -29,25 +29,11 @@ def ground(
     gap: between them. top: of the soil; on a grid line the stress at rest is in equilibrium.
     """
     across = ["x", "y"] if kind == "3d" else ["x"]
-    up, half = "xyz"[len(across)], [1.0] * len(across)
     centre = [0.0] * len(across) + [top + 0.5 + gap]
     return {
-        "format": 1,
+        **clay_box(kind, 0.45, top),
         "analysis": {"kind": kind, "tolerance": 1e-8},
         "grid": {"cell_size": cell if kind != "3d" else 2.0 * cell},
-        "materials": {
-            "clay": {"model": "tresca", "young_modulus": 5e6, "poisson_ratio": 0.45,
-                     "undrained_shear_strength": 1e4, "density": 1600.0}
-        },
-        "bodies": [
-            {"name": "ground", "material": "clay", "basis": "gimp", "points_per_cell": 2,
-             "anti_locking": "f_bar",
-             "shape": {"type": "box", "lower": [-x for x in half] + [-1.0], "upper": [*half, top]}}
-        ],
-        "boundaries": [
-            plane("base", up, -1.0, condition="fixed"),
-            *(plane(f"{a} {end}", a, at) for a in across for end, at in (("a", -1), ("b", 1))),
-        ],
         "rigid_bodies": [
             {"name": "ball", "centre": centre, "displacement": dict.fromkeys(across, 0.0),
              "rotation": 0.0 if kind != "3d" else {"x": 0.0, "y": 0.0, "z": 0.0},

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from small_problems import plane
+from clay_boxes import clay_box
 
 from tilth import BadInput, Model, check, resume, run
 from tilth.analysis.staged import StagedAnalysis
@@ -41,26 +41,12 @@ def hollow(kind: str, second: float = DOWN, **entries: Any) -> dict[str, Any]:
     across = ["x", "y"] if kind == "3d" else ["x"]
     up = "xyz"[len(across)]
     still = dict.fromkeys(across, 0.0)
-    half = [1.0] * len(across)
     given = entries or {"displacement": {**still, up: -0.1}}
     first = ball(kind, "first", 0.5, 0.0, displacement={**still, up: DOWN})
-    sides = [
-        plane(f"{axis} {end}", axis, at) for axis in across for end, at in (("a", -1), ("b", 1))
-    ]
     return {
-        "format": 1,
+        **clay_box(kind, 0.49),
         "analysis": {"kind": kind},
         "grid": {"cell_size": 0.25},
-        "materials": {
-            "clay": {"model": "tresca", "young_modulus": 5e6, "poisson_ratio": 0.49,
-                     "undrained_shear_strength": 1e4, "density": 1600.0}
-        },
-        "bodies": [
-            {"name": "ground", "material": "clay", "basis": "gimp", "points_per_cell": 2,
-             "anti_locking": "f_bar",
-             "shape": {"type": "box", "lower": [-x for x in half] + [-1.0], "upper": [*half, 0.0]}}
-        ],
-        "boundaries": [plane("base", up, -1.0, condition="fixed"), *sides],
         "rigid_bodies": [first, ball(kind, "second", 0.4, second, **given)],
         "output": {"report": False},
         "stages": [

@@ -2,7 +2,7 @@
 """Holes in shapes: each inside the shape, and apart from the others.
 
 In the plane they are apart from the outline, too. In space only what boxes around them tell is
-checked here, and `bodies/holes.py` does the rest.
+checked here, and `bodies/holes_in_space.py` does the rest.
 """
 
 from __future__ import annotations
