@@ -20,7 +20,7 @@ from tilth.report.texts import png
 from tilth.studies.folder import RUN, SAMPLES, text_of
 from tilth.studies.pictures import draw_dependence, draw_outcomes
 from tilth.studies.samples import folder_of
-from tilth.studies.statistics import QUANTILES, Statistics
+from tilth.studies.statistics import QUANTILES
 
 if TYPE_CHECKING:
     from tilth.studies.run import StudyResult
@@ -46,13 +46,12 @@ STUDY_CSS = """
 def write_page(page: Path, picture: Path, asked: Study, result: StudyResult) -> None:
     """Writes the page, and the picture of the distributions of all outcomes."""
     outcomes = png(draw_outcomes(result))
-    link = _Links(result.folder)
     parts = [_state(result), _table_of_entries(asked)]
-    parts += [_table_of_statistics(result.statistics, link), _image(outcomes)]
+    parts += [_table_of_statistics(result), _image(outcomes)]
     dependence = draw_dependence(asked, result)
     if dependence is not None:
         parts += ["<h2>Outcomes against parameters</h2>", _image(png(dependence))]
-    parts += [_failures(result, link), _table_of_samples(result, link)]
+    parts += [_failures(result), _table_of_samples(result)]
     title = escape(visible(asked.title or "Study"))
     text = (
         f'<!doctype html><html lang="en"><head><meta charset="utf-8"><title>{title}</title>'
@@ -108,8 +107,9 @@ def _values(entry: Vary) -> str:
     return f"{named} and {more} others" if more > 0 else named
 
 
-def _table_of_statistics(rows: Sequence[Statistics], link: _Links) -> str:
+def _table_of_statistics(result: StudyResult) -> str:
     """Returns a table with a column for each outcome."""
+    rows = result.statistics
     lines = [("", [s.heading for s in rows])]
     lines += [
         ("samples", [f"{s.count}" for s in rows]),
@@ -124,24 +124,25 @@ def _table_of_statistics(rows: Sequence[Statistics], link: _Links) -> str:
     lines.append(("largest", [_number(s.largest) for s in rows]))
     body = "".join(_row([name, *cells], "th" if not name else "td") for name, cells in lines)
     worst = [
-        f"{_number(s.worst)} ({link.of(s.worst_sample)})" if s.worst_sample else "-" for s in rows
+        f"{_number(s.worst)} ({_link(result, s.worst_sample)})" if s.worst_sample else "-"
+        for s in rows
     ]
     cells = "".join(f"<td>{cell}</td>" for cell in worst)
     last = f"<tr><td>worst case</td>{cells}</tr>"
     return f'<h2>Statistics</h2><div class="wide"><table>{body}{last}</table></div>'
 
 
-def _failures(result: StudyResult, link: _Links) -> str:
+def _failures(result: StudyResult) -> str:
     if not result.reasons:
         return ""
     items = "".join(
-        f"<li>{link.of(number)}: {escape(visible(reason))}</li>"
+        f"<li>{_link(result, number)}: {escape(visible(reason))}</li>"
         for number, reason in result.reasons.items()
     )
     return f'<h2 id="failed">Samples that failed</h2><ul class="warnings">{items}</ul>'
 
 
-def _table_of_samples(result: StudyResult, link: _Links) -> str:
+def _table_of_samples(result: StudyResult) -> str:
     heads = ["sample", *result.values, *result.outcomes, "status"]
     rows = [_row(heads, "th")]
     for i, number in enumerate(result.numbers[:MOST_ROWS]):
@@ -149,29 +150,19 @@ def _table_of_samples(result: StudyResult, link: _Links) -> str:
         cells += [_number(float(column[i])) for column in result.outcomes.values()]
         cells.append("failed" if number in result.reasons else "done")
         others = "".join(f"<td>{escape(visible(cell))}</td>" for cell in cells)
-        rows.append(f"<tr><td>{link.of(number)}</td>{others}</tr>")
+        rows.append(f"<tr><td>{_link(result, number)}</td>{others}</tr>")
     more = len(result.numbers) - MOST_ROWS
     note = f"<p>{more:,} further samples are in study.csv.</p>" if more > 0 else ""
     table = f'<div class="wide"><table>{"".join(rows)}</table></div>'
     return f"<h2>Samples</h2><p>All digits are in study.csv.</p>{table}{note}"
 
 
-class _Links:
-    """Links to the report of a sample's run, or to its folder where there is none.
-
-    Args:
-        folder: of the study.
-    """
-
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
-
-    def of(self, number: int) -> str:
-        """The link to a sample."""
-        place = f"{SAMPLES}/{folder_of(number)}/{RUN}"
-        report = f"{place}/{REPORT}"
-        there = report if (self._folder / report).exists() else place
-        return f'<a href="{there}">sample {number}</a>'
+def _link(result: StudyResult, number: int) -> str:
+    """Returns a link to the report of a sample's run, or to its folder where there is none."""
+    place = f"{SAMPLES}/{folder_of(number)}/{RUN}"
+    report = f"{place}/{REPORT}"
+    there = report if (result.folder / report).exists() else place
+    return f'<a href="{there}">sample {number}</a>'
 
 
 def _row(cells: Sequence[str], kind: str) -> str:
