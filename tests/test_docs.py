@@ -90,8 +90,15 @@ def test_readme_has_two_commands_each_on_one_line() -> None:
     assert (ROOT / "examples" / "self_weight_column" / "case.toml").is_file()
 
 
+def test_readme_begins_with_its_three_blocks_of_commands() -> None:
+    """`.ci/bare_root` runs the first three blocks of the page."""
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    languages = re.findall(r"^```([^`\n]*)\n.*?^```$", text, re.MULTILINE | re.DOTALL)
+    assert languages[:4] == ["", "", "sh", "python"]
+
+
 def test_dockerfile_has_the_commands_of_the_readme() -> None:
-    """Those for several processes, but for the run; `.ci/run` runs the same lines of the README."""
+    """Those for several processes, but for the run; `.ci/run` takes the same lines."""
     (block,) = blocks(ROOT / "README.md", "sh")
     install, build, _ = block.splitlines()
     text = (ROOT / "Dockerfile").read_text(encoding="utf-8")
