@@ -38,7 +38,7 @@ def test_safety_of_a_case(tilth: Tilth, case: Case, tmp_path: Path) -> None:
     assert done.out.count(" iterations ") >= len(rows)
     stable = [float(row["factor"]) for row in rows if row["equilibrium"] == "yes"]
     failed = [float(row["factor"]) for row in rows if row["equilibrium"] == "no"]
-    assert 0.0 < min(failed) - max(stable) <= 0.05
+    assert 0.0 < min(failed) - max(stable) <= 0.05 + 1e-9
     assert f"between {max(stable):.6g} (equilibrium) and {min(failed):.6g} (none)" in done.out
     summary = json.loads((folder / "safety.json").read_text(encoding="utf-8"))
     assert summary["factor"] == max(stable)
@@ -138,7 +138,7 @@ def test_wrong_folders(tilth: Tilth, case: Case, tmp_path: Path) -> None:
     assert "has no checkpoint" in done.err
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_safety_after_the_last_stage(tilth: Tilth, case: Case, tmp_path: Path) -> None:
     """Without its upper half a column has at least twice the factor; points are gone then."""
     steps = "[schedule]\nsteps = 2\n"
