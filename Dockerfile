@@ -7,7 +7,7 @@
 #   docker build --build-arg CMAKE_ARGS=-DTILTH_NATIVE=OFF -t tilth .
 FROM debian:12
 
-RUN apt-get update && apt-get install -y --no-install-recommends python3-venv python3-dev g++ git python3-petsc4py python3-mpi4py openmpi-bin libopenblas0-pthread
+RUN apt-get update && apt-get install -y --no-install-recommends python3-venv python3-dev g++ git python3-petsc4py libpetsc-real-dev python3-mpi4py openmpi-bin libopenblas0-pthread
 
 WORKDIR /opt/tilth
 COPY . .
