@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import product
 from typing import Any
 
@@ -28,8 +29,10 @@ from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.mpm.grid import ActiveGrid, Buffers, Grid, locate
 from tilth.mpm.keys import find_keys, lattice_keys
+from tilth.mpm.soil import Soil
 from tilth.terms.balance import Balance
-from tilth.terms.ghost import LEAST_ELASTIC_SHARE, filled_cells, ghost_faces
+from tilth.terms.ghost import LEAST_ELASTIC_SHARE, Ghost, filled_cells, ghost_faces
+from tilth.terms.inertia import Inertia, TimeIntegration, TimeStep
 from tilth.terms.linear import LinearForces
 from tilth.terms.soil_forces import SoilForces
 from tilth.verification.march import march
@@ -136,27 +139,114 @@ def jump_energy(place: tuple[int, ...], axis: int, grid: Grid, moved: dict[Any, 
     return 0.5 * (below[axis] + above[axis]) * area * energy
 
 
+def jump_energies(soil: Soil, active: ActiveGrid, u: Floats) -> Iterator[tuple[int, int, Floats]]:
+    """Numbers of the two cells at each face; share of the penalty, h and h times int [du/dn]^2.
+
+    The share is 1 for an empty and 0 for a half full cell; h is the mean size of the two cells.
+    """
+    grid, dim = active.grid, active.grid.dim
+    moved = dict(zip(map(tuple, active.lattice[:, :dim].tolist()), u, strict=True))
+    key, fill, _ = filled_cells(soil)
+    place = np.asarray(_core.lattice(key))[:, :dim]
+    number = {tuple(each): k for k, each in enumerate(place.tolist())}
+    for low, axis in product(range(len(key)), range(dim)):
+        high = number.get(tuple((place[low] + np.eye(dim, dtype=np.int64)[axis]).tolist()))
+        if high is None:
+            continue
+        share = max(0.0, 1.0 - 2.0 * fill[low], 1.0 - 2.0 * fill[high])
+        width = grid.sizes(place[[low, high]])[:, axis].mean()
+        energy = jump_energy(tuple(place[low].tolist()), axis, grid, moved)
+        if soil.kind == "axisymmetric":
+            energy *= 2.0 * np.pi * float(grid.position(place[[low, high]] + 0.5)[:, 0].mean())
+        yield low, high, np.array([share, width, energy])
+
+
 @every_kind
 @every_spacing
 def test_energy_is_that_of_the_jumps(kind: str, spacing: str) -> None:
+    """On each face gamma E h int [du/dn]^2, by the share of what its cells lack to be half full.
+
+    E is the harmonic mean over the volume in both cells.
+    """
     simulation, active = block(kind, "gimp", 0.3, spacing=spacing)
+    soil, random = simulation.soil_on(active), np.random.default_rng(2)
+    if spacing == "uniform" and kind != "axisymmetric":
+        simulation.points.elastic_share[:] = random.uniform(0.1, 1.0, len(simulation.points))
+    balance = Balance(active, [ghost(simulation, active)])
+    u = random.normal(size=(active.nodes, active.grid.dim))
+    _, fill, modulus = filled_cells(soil)
+    energy = shares = 0.0
+    for low, high, (share, _, jump) in jump_energies(soil, active, u):
+        volume = fill[[low, high]]
+        mean = volume.sum() / (volume / modulus[[low, high]]).sum()
+        energy += GAMMA * share * mean * jump
+        shares += 0.0 < share < 1.0
+    assert shares > 0
+    assert (u * balance.forces(u).residual).sum() == pytest.approx(energy, rel=1e-12)
+    faces = ghost_faces(soil, np.zeros(u.shape, dtype=bool), GAMMA)
+    assert all((len(each.unit) > 1) == (spacing == "graded") for each in faces)
+
+
+@every_kind
+@every_spacing
+@pytest.mark.parametrize("basis", ["linear", "gimp"])
+def test_energy_of_the_mass_is_that_of_the_points_and_the_jumps(
+    kind: str, spacing: str, basis: str
+) -> None:
+    """On each face rho h^3 / 12 int [dv/dn]^2, by the share of the penalty.
+
+    Soil that has come to a larger volume has no less of it.
+    """
+    simulation, active = block(kind, basis, 0.3, spacing=spacing)
+    points, density, h = simulation.points, 2.0, 0.1
+    stretch = np.random.default_rng(4).uniform(0.9, 1.1, len(points))
+    points.deformation_gradient[:, 0, 0] = stretch
+    np.testing.assert_allclose(points.volume, stretch * points.initial_volume, rtol=1e-14)
+    soil, free = simulation.soil_on(active), np.zeros((active.nodes, active.grid.dim), dtype=bool)
+    step = TimeStep(TimeIntegration.backward_euler(), h, from_rest=True)
+    mass, faces = density * points.initial_volume, ghost_faces(soil, free, GAMMA)
+    inertia = Inertia(soil, mass, faces, step, 0.0, free, np.zeros(free.shape))
+    Balance(active, [SoilForces(soil), inertia])
+    assert inertia.in_matrix is not None
+    v = np.random.default_rng(2).normal(size=free.shape)
+    found = h**2 * (v * inertia.in_matrix.force(v)).sum()
+    of_points = float(mass @ (soil.interpolate(v) ** 2).sum(axis=1))
+    of_jumps = sum(
+        density * width**2 / 12.0 * share * jump
+        for _, _, (share, width, jump) in jump_energies(soil, active, v)
+    )
+    assert of_jumps > 0.01 * of_points
+    assert found == pytest.approx(of_points + of_jumps, rel=1e-11)
+
+
+@every_kind
+@every_spacing
+def test_the_stored_force_decays_by_the_motion_in_cells(kind: str, spacing: str) -> None:
+    """By exp(-|u| / 0.1 h) with h the mean size of the two cells along each component of u."""
+    simulation, active = block(kind, "gimp", 0.3, spacing=spacing)
+    soil, free = simulation.soil_on(active), np.zeros((active.nodes, active.grid.dim), dtype=bool)
     grid, dim = active.grid, active.grid.dim
-    u = np.random.default_rng(2).normal(size=(active.nodes, dim))
-    moved = dict(zip(map(tuple, active.lattice[:, :dim].tolist()), u, strict=True))
-    faces = ghost_faces(simulation.soil_on(active), np.zeros(u.shape, dtype=bool), GAMMA)
-    assert {each.axis for each in faces} == set(range(dim))
-    for each in faces:
-        assert (len(each.unit) > 1) == (spacing == "graded")
-        lower = active.lattice[each.node[:, 0], :dim].tolist()
-        energy = [jump_energy(tuple(place), each.axis, grid, moved) for place in lower]
-        smallest = float(np.delete(grid.cell_size, each.axis).prod())
-        area = np.delete(each.size, each.axis, axis=1).prod(axis=1)
-        factor = each.weight * each.modulus * smallest / area  # of the area in `each.weight`
-        unit = each.unit[each.which]
-        found = np.einsum(
-            "e,eab,eai,ebi->", each.coupling().stiffness, unit, u[each.node], u[each.node]
-        )
-        assert found == pytest.approx(float(factor @ energy), rel=1e-12)
+    for component in range(dim):
+        ghost = Ghost(GAMMA, dim)
+        ghost.couplings(soil, free)
+        u = np.zeros(free.shape)
+        u[:, component] = np.random.default_rng(6).uniform(-0.05, 0.05, active.nodes)
+        ghost.commit(active, u)
+        number = 0
+        for faces in ghost.faces:
+            low = np.asarray(_core.lattice(active.key[faces.node[:, 0]]))[:, :dim]
+            high = low + np.eye(dim, dtype=np.int64)[faces.axis]
+            size = np.stack([grid.sizes(low), grid.sizes(high)]).mean(axis=0)
+            np.testing.assert_allclose(faces.size, size, rtol=1e-12)
+            step = u[faces.node]
+            most = np.abs(step[..., component]).max(axis=1) / size[:, component]
+            stored = faces.modulus[:, None, None] * (step - step[:, :1])
+            stored *= np.exp(-most / 0.1)[:, None, None]
+            face = 8 * active.key[faces.node[:, 0]] + faces.axis
+            kept = ghost.moved[find_keys(ghost.face, face)]
+            np.testing.assert_allclose(kept, stored, rtol=1e-12, atol=0)
+            number += len(face)
+        assert number == len(ghost.face) > 0
 
 
 @every_kind
