@@ -231,31 +231,40 @@ def test_energy_of_the_mass_of_faces_is_that_of_the_jumps(
 
 @every_kind
 @every_spacing
-def test_nodes_behind_a_boundary_follow_those_in_front(kind: str, spacing: str) -> None:
-    """The top layer of nodes along x, of relative stiffness 0.4: 2 E in place of gamma E.
+@pytest.mark.parametrize("nodes", ["layer", "one"])
+def test_nodes_behind_a_boundary_follow_those_in_front(kind: str, spacing: str, nodes: str) -> None:
+    """The last nodes along x, of relative stiffness 0.4: 2 E on their lines in place of gamma E.
 
     It replaces as much of the penalty of partly filled cells that have such nodes. The mass has the
-    same shares, without these factors.
+    same shares, without these factors, of the whole jump.
     """
     depth = 0.4
     simulation, active = block(kind, "gimp", 0.3, spacing=spacing)
     soil, young = simulation.soil_on(active), simulation.points.bodies[0].parameters[0]
     u = np.random.default_rng(2).normal(size=(active.nodes, active.grid.dim))
-    last = active.lattice[:, 0] == active.lattice[:, 0].max()
-    stiffness = np.zeros((last.sum(), active.grid.dim))
-    stiffness[:, 0] = depth
-    exterior = active.key[last], stiffness
+    last = active.lattice[:, 0].max()
+    line = np.ones(active.nodes, dtype=bool)
+    if nodes == "one":
+        line = (active.lattice[:, 1:] == active.lattice[:, 1:].max(axis=0) // 2).all(axis=1)
+    behind = line & (active.lattice[:, 0] == last)
+    assert behind.sum() == 1 or nodes == "layer"
+    exterior = active.key[behind], depth * np.eye(active.grid.dim)[np.zeros(behind.sum(), int)]
     faces = ghost_faces(soil, np.zeros(u.shape, dtype=bool), GAMMA, exterior)
     balance = Balance(active, [LinearForces([each.coupling() for each in faces])])
-    in_last = (
-        np.asarray(_core.lattice(filled_cells(soil)[0]))[:, 0] == active.lattice[last, 0][0] - 1
-    )
+    cell = np.asarray(_core.lattice(filled_cells(soil)[0]))
+    from_cell = active.lattice[behind] - cell[:, None]  # of such nodes: 0 or 1 if they are its own
+    own = (np.isin(from_cell, (0, 1)).all(axis=2)).any(axis=1)
     of_penalty = of_mass = 0.0
-    for low, high, (share, width, jump) in jump_energies(soil, active, u):
-        behind = depth * (in_last[high] and not in_last[low])
-        partly = share * (1.0 - depth * in_last[high])
-        of_penalty += (GAMMA * partly + 2.0 * behind) * young * jump
-        of_mass += DENSITY * width**2 / 12.0 * (partly + behind) * jump
+    every = zip(
+        jump_energies(soil, active, u),
+        jump_energies(soil, active, u * line[:, None]),
+        strict=True,
+    )
+    for (low, high, (share, width, jump)), (*_, (_, _, on_lines)) in every:
+        follows = depth * (own[high] and not own[low] and cell[high, 0] > cell[low, 0])
+        partly = share * (1.0 - depth * (own[low] or own[high]))
+        of_penalty += (GAMMA * partly * jump + 2.0 * follows * on_lines) * young
+        of_mass += DENSITY * width**2 / 12.0 * (partly + follows) * jump
     assert (u * balance.forces(u).residual).sum() == pytest.approx(of_penalty, rel=1e-12)
     assert energy_of_mass(soil, active, faces, u) == pytest.approx(of_mass, rel=1e-10)
 
