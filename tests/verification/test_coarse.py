@@ -22,7 +22,14 @@ from tilth.verification.rotating_disc import turned
 
 pytestmark = pytest.mark.slow
 
-COARSE = ("column_collapse", "hertz", "plate_anchor", "rotating_disc", "seabed_pipe", "slope_run_out")
+COARSE = (
+    "column_collapse",
+    "hertz",
+    "plate_anchor",
+    "rotating_disc",
+    "seabed_pipe",
+    "slope_run_out",
+)
 """The problems of this file."""
 
 
