@@ -3,9 +3,11 @@
 
 import os
 import signal
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 
 import pytest
+
+pytest_plugins = ["cost"]
 
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")  # idle threads leave the cores to others
 
@@ -18,6 +20,29 @@ for name in ("SIGINT", "SIGHUP"):  # ignored under `nohup` and in the background
 if (worker := os.environ.get("PYTEST_XDIST_WORKER")) and hasattr(os, "sched_setaffinity"):
     cores = sorted(os.sched_getaffinity(0))  # one for each worker: so one thread in each
     os.sched_setaffinity(0, {cores[int(worker.removeprefix("gw")) % len(cores)]})
+
+FAST = "not slow and not long"
+"""The marks of the tests that run by default: `addopts` in `pyproject.toml`."""
+REST = f"""{os.linesep}This was the fast part. The others:
+  pytest -m 'slow and not long'  about 10 minutes on two cores
+  pytest -m long                 fine grids and long runs, hours"""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The fast part comes first: what is broken is then seen early."""
+    items.sort(key=lambda item: item.get_closest_marker("slow") is not None)
+
+
+@pytest.hookimpl(wrapper=True, tryfirst=True)
+def pytest_sessionfinish(session: pytest.Session) -> Generator[None, None, None]:
+    """Says after pytest's summary how to run what was left out."""
+    yield
+    option, reporter = (
+        session.config.option,
+        session.config.pluginmanager.get_plugin("terminalreporter"),
+    )
+    if option.markexpr == FAST and not option.file_or_dir and reporter:
+        reporter.write_line(REST)
 
 
 @pytest.fixture

@@ -12,13 +12,13 @@ import os
 import shutil
 import subprocess
 import sys
-import tempfile
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from mpi_pool import pool_of
 
 from tilth import Model
 from tilth.analysis.energies import Energies
@@ -79,16 +79,7 @@ def run_python(source: str, processes: int) -> Any:
     one process it runs without `mpiexec`. A test is skipped where several processes cannot run.
     """
     require_processes()
-    with tempfile.TemporaryDirectory() as folder:
-        script, answer = Path(folder) / "script.py", Path(folder) / "answer.json"
-        script.write_text(BEGIN + source + END, encoding="utf-8")
-        start = ["mpiexec", "-n", str(processes)] if processes > 1 else []
-        done = subprocess.run(
-            [*start, PYTHON, str(script), str(answer)], env={**os.environ, **ENVIRONMENT},
-            capture_output=True, text=True, check=False, timeout=LIMIT, cwd=folder,
-        )  # fmt: skip
-        assert done.returncode == 0, done.stdout + done.stderr
-        return json.loads(answer.read_text(encoding="utf-8"))
+    return json.loads(pool_of(processes, PYTHON, ENVIRONMENT).run(BEGIN + source + END, LIMIT))
 
 
 def run_model(model: Model, processes: int, steps: int = 1000) -> dict[str, Any]:

@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
+from functools import partial
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +20,9 @@ from small_problems import (
     weight,
 )
 
-from tilth import Model, run
+from tilth import Model, resume, run
 from tilth.analysis.recorder import Recorder
+from tilth.analysis.run import Result
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
 from tilth.output import read_checkpoint
@@ -106,6 +110,31 @@ class Stopped(Exception):
 
 def run_until(model: Model, folder: Path, step: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Runs and stops right after `step` is recorded."""
+    _stopped_after(step, monkeypatch, lambda: run(model, folder, quiet=True))
+
+
+def run_in_pieces(
+    model: Model,
+    folder: Path,
+    steps: Iterable[int],
+    monkeypatch: pytest.MonkeyPatch,
+    threads: Iterable[int | None] = (None,),
+) -> Result:
+    """Runs, stopped right after each of some steps and resumed; returns the result of the last one.
+
+    threads: of the first piece, the second one and so on, again and again.
+    """
+    count = cycle(threads)
+    first, *others = steps
+    start = partial(run, model, folder, threads=next(count), quiet=True)
+    _stopped_after(first, monkeypatch, start)
+    for step in others:
+        again = partial(resume, folder, threads=next(count), quiet=True)
+        _stopped_after(step, monkeypatch, again)
+    return resume(folder, threads=next(count), quiet=True)
+
+
+def _stopped_after(step: int, monkeypatch: pytest.MonkeyPatch, start: Callable[[], object]) -> None:
     record = Recorder.step
 
     def stop(self: Recorder, clock: Any, size: float, result: StepResult) -> None:
@@ -116,4 +145,4 @@ def run_until(model: Model, folder: Path, step: int, monkeypatch: pytest.MonkeyP
     with monkeypatch.context() as patch:
         patch.setattr(Recorder, "step", stop)
         with pytest.raises(Stopped):
-            run(model, folder, quiet=True)
+            start()

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from readings import long, some_of
 
 from tilth.analysis import run as analysis
 from tilth.analysis.available_memory import AvailableMemory
@@ -117,23 +118,23 @@ PLACES: dict[str, tuple[Any, str, int]] = {
 """Method that fails, and after how many calls."""
 
 
+ERRORS: dict[str, Exception] = {
+    "numpy": MemoryError("Unable to allocate 7.45 GiB for an array with shape (1000000000,)"),
+    "hdf5": RuntimeError("Unable to create dataset (memory allocation failed for raw data chunk)"),
+}
+"""Library -> what it raises."""
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "error",
-    [
-        MemoryError("Unable to allocate 7.45 GiB for an array with shape (1000000000,)"),
-        RuntimeError("Unable to create dataset (memory allocation failed for raw data chunk)"),
-    ],
-    ids=["numpy", "hdf5"],
-)
-@pytest.mark.parametrize("place", PLACES)
+@some_of(1, place=list(PLACES), library=list(ERRORS))
 def test_every_place_that_runs_out_of_memory_leaves_the_last_step(
     tilth: Callable[..., Outcome],
     case: Callable[..., Path],
     tmp_path: Path,
     place: str,
-    error: Exception,
+    library: str,
 ) -> None:
+    error = ERRORS[library]
     file = case(("steps = 2", "steps = 3"), ("yield_stress = 2e4", "yield_stress = 2e5"))
     folder, whole = tmp_path / "failed", tmp_path / "whole"
     with pytest.MonkeyPatch.context() as patched:
@@ -181,7 +182,9 @@ def test_check_warns_of_what_does_not_fit(case: Callable[..., Path]) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("megabytes", [120, 285, 300, 310, 320, 330, 340, 350, 360, 370, 380, 400])
+@pytest.mark.parametrize(
+    "megabytes", [*map(long, (120, 285, 300, 310, 320, 330, 340, 350, 370, 380, 400)), 360]
+)
 def test_run_out_of_memory_is_resumed_with_the_same_bits(
     case: Callable[..., Path], tmp_path: Path, megabytes: int
 ) -> None:

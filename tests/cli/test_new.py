@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from jsonschema import Draft202012Validator
+from readings import long
 
 import tilth as library
 from tilth.model.json_schema import case_schema, element_schema
@@ -102,7 +103,7 @@ def test_a_larger_template_passes_the_check(tilth: Tilth, tmp_path: Path, name: 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ANALYSES)
+@pytest.mark.parametrize("name", [long(name) if name == "plough" else name for name in ANALYSES])
 def test_the_first_steps_run(tilth: Tilth, tmp_path: Path, name: str) -> None:
     file = tmp_path / f"{name}.toml"
     file.write_text(template(name), encoding="utf-8")

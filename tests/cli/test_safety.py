@@ -25,7 +25,7 @@ STRONGER = ("yield_stress = 2e4", "yield_stress = 1e5")
 @pytest.mark.slow
 def test_safety_of_a_case(tilth: Tilth, case: Case, tmp_path: Path) -> None:
     file, folder = case(STRONGER), tmp_path / "column"
-    done = tilth("safety", file, "--tolerance", "0.02", "--threads", "1")
+    done = tilth("safety", file, "--tolerance", "0.05", "--threads", "1")
     assert done.code == 0, done.err
     assert "Factor of safety" in done.out
     assert "Criterion: no equilibrium: Newton's method with line search fails" in done.out
@@ -38,7 +38,7 @@ def test_safety_of_a_case(tilth: Tilth, case: Case, tmp_path: Path) -> None:
     assert done.out.count(" iterations ") >= len(rows)
     stable = [float(row["factor"]) for row in rows if row["equilibrium"] == "yes"]
     failed = [float(row["factor"]) for row in rows if row["equilibrium"] == "no"]
-    assert 0.0 < min(failed) - max(stable) <= 0.02
+    assert 0.0 < min(failed) - max(stable) <= 0.05 + 1e-9
     assert f"between {max(stable):.6g} (equilibrium) and {min(failed):.6g} (none)" in done.out
     summary = json.loads((folder / "safety.json").read_text(encoding="utf-8"))
     assert summary["factor"] == max(stable)
@@ -57,7 +57,7 @@ def test_safety_of_a_case(tilth: Tilth, case: Case, tmp_path: Path) -> None:
     assert (folder / "safety.png").stat().st_size > 0
     assert "Factor of safety" in (folder / "report.html").read_text(encoding="utf-8")
     # the same of the finished run, bit by bit; again at another tolerance
-    again = tilth("safety", folder, "--tolerance", "0.02", "--threads", "1", "--quiet")
+    again = tilth("safety", folder, "--tolerance", "0.05", "--threads", "1", "--quiet")
     assert (again.code, again.out) == (0, "")
     assert json.loads((folder / "safety.json").read_text(encoding="utf-8")) == summary
     # a run that is replaced leaves nothing of it
@@ -138,7 +138,7 @@ def test_wrong_folders(tilth: Tilth, case: Case, tmp_path: Path) -> None:
     assert "has no checkpoint" in done.err
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_safety_after_the_last_stage(tilth: Tilth, case: Case, tmp_path: Path) -> None:
     """Without its upper half a column has at least twice the factor; points are gone then."""
     steps = "[schedule]\nsteps = 2\n"
@@ -158,9 +158,9 @@ shape = { type = "box", lower = [-1.0, 2.0], upper = [2.0, 5.0] }
 """
     named = ('type = "body_force"', 'name = "weight"\ntype = "body_force"')
     whole = case(STRONGER)
-    assert tilth("safety", whole, "--quiet").code == 0
+    assert tilth("safety", whole, "--quiet", "--tolerance", "0.1").code == 0
     before = json.loads((tmp_path / "column" / "safety.json").read_text(encoding="utf-8"))
-    done = tilth("safety", case(STRONGER, named, (steps, dug)), "--overwrite", "--threads", "1")
+    done = tilth("safety", case(STRONGER, named, (steps, dug)), "--overwrite", "--tolerance", "0.1")
     assert done.code == 0, done.err
     after = json.loads((tmp_path / "column" / "safety.json").read_text(encoding="utf-8"))
     assert after["time"] == 2.0

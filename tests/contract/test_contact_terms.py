@@ -14,6 +14,7 @@ from contact_terms import (
     pressed,
     quarter_turn,
 )
+from readings import some_of
 from small_problems import KINDS
 
 from tilth.boundaries.contact.rotation import left_jacobian, rotation_by
@@ -60,8 +61,7 @@ def test_derivatives_on_domains_with_corners(
 
 
 @pytest.mark.slow
-@every_kind
-@every_law
+@some_of(1, kind=KINDS, law=list(LAWS))
 def test_results_do_not_depend_on_the_units(
     kind: str, law: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -124,9 +124,7 @@ def test_soil_that_moves_with_the_body_does_not_slip(
 
 
 @pytest.mark.slow
-@every_kind
-@every_law
-@pytest.mark.parametrize("way", [FREE, DRIVEN])
+@some_of(2, kind=KINDS, law=list(LAWS), way=[FREE, DRIVEN])
 def test_action_is_reaction(kind: str, law: str, way: str) -> None:
     """The nodal forces' resultant is that on the body, and its moment that of the same tractions.
 

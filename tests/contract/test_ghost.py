@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import product
 from typing import Any
 
@@ -28,8 +29,10 @@ from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.mpm.grid import ActiveGrid, Buffers, Grid, locate
 from tilth.mpm.keys import find_keys, lattice_keys
+from tilth.mpm.soil import Soil
 from tilth.terms.balance import Balance
-from tilth.terms.ghost import LEAST_ELASTIC_SHARE, filled_cells, ghost_faces
+from tilth.terms.ghost import LEAST_ELASTIC_SHARE, Faces, Ghost, filled_cells, ghost_faces
+from tilth.terms.inertia import Inertia, TimeIntegration, TimeStep
 from tilth.terms.linear import LinearForces
 from tilth.terms.soil_forces import SoilForces
 from tilth.verification.march import march
@@ -136,27 +139,164 @@ def jump_energy(place: tuple[int, ...], axis: int, grid: Grid, moved: dict[Any, 
     return 0.5 * (below[axis] + above[axis]) * area * energy
 
 
+def jump_energies(soil: Soil, active: ActiveGrid, u: Floats) -> Iterator[tuple[int, int, Floats]]:
+    """Numbers of the two cells at each face; share of the penalty, h and h times int [du/dn]^2.
+
+    The share is 1 for an empty and 0 for a half full cell; h is the mean size of the two cells.
+    """
+    grid, dim = active.grid, active.grid.dim
+    moved = dict(zip(map(tuple, active.lattice[:, :dim].tolist()), u, strict=True))
+    key, fill, _ = filled_cells(soil)
+    place = np.asarray(_core.lattice(key))[:, :dim]
+    number = {tuple(each): k for k, each in enumerate(place.tolist())}
+    for low, axis in product(range(len(key)), range(dim)):
+        high = number.get(tuple((place[low] + np.eye(dim, dtype=np.int64)[axis]).tolist()))
+        if high is None:
+            continue
+        share = max(0.0, 1.0 - 2.0 * fill[low], 1.0 - 2.0 * fill[high])
+        width = grid.sizes(place[[low, high]])[:, axis].mean()
+        energy = jump_energy(tuple(place[low].tolist()), axis, grid, moved)
+        if soil.kind == "axisymmetric":
+            energy *= 2.0 * np.pi * float(grid.position(place[[low, high]] + 0.5)[:, 0].mean())
+        yield low, high, np.array([share, width, energy])
+
+
 @every_kind
 @every_spacing
 def test_energy_is_that_of_the_jumps(kind: str, spacing: str) -> None:
+    """On each face gamma E h int [du/dn]^2, by the share of what its cells lack to be half full.
+
+    E is the harmonic mean over the volume in both cells.
+    """
     simulation, active = block(kind, "gimp", 0.3, spacing=spacing)
+    soil, random = simulation.soil_on(active), np.random.default_rng(2)
+    if spacing == "uniform" and kind != "axisymmetric":
+        simulation.points.elastic_share[:] = random.uniform(0.1, 1.0, len(simulation.points))
+    balance = Balance(active, [ghost(simulation, active)])
+    u = random.normal(size=(active.nodes, active.grid.dim))
+    _, fill, modulus = filled_cells(soil)
+    energy = shares = 0.0
+    for low, high, (share, _, jump) in jump_energies(soil, active, u):
+        volume = fill[[low, high]]
+        mean = volume.sum() / (volume / modulus[[low, high]]).sum()
+        energy += GAMMA * share * mean * jump
+        shares += 0.0 < share < 1.0
+    assert shares > 0
+    assert (u * balance.forces(u).residual).sum() == pytest.approx(energy, rel=1e-12)
+    faces = ghost_faces(soil, np.zeros(u.shape, dtype=bool), GAMMA)
+    assert all((len(each.unit) > 1) == (spacing == "graded") for each in faces)
+
+
+DENSITY = 2.0
+
+
+def energy_of_mass(soil: Soil, active: ActiveGrid, faces: list[Faces], v: Floats) -> float:
+    """v . M v of the mass with that of these faces, less that of the points themselves."""
+    h, free = 0.1, np.zeros(v.shape, dtype=bool)
+    step = TimeStep(TimeIntegration.backward_euler(), h, from_rest=True)
+    mass = DENSITY * soil.points.initial_volume
+    inertia = Inertia(soil, mass, faces, step, 0.0, free, np.zeros(v.shape))
+    Balance(active, [SoilForces(soil), inertia])
+    assert inertia.in_matrix is not None
+    whole = h**2 * float((v * inertia.in_matrix.force(v)).sum())
+    of_points = float(mass @ (soil.interpolate(v) ** 2).sum(axis=1))
+    assert whole > 1.01 * of_points
+    return whole - of_points
+
+
+@every_kind
+@every_spacing
+@pytest.mark.parametrize("basis", ["linear", "gimp"])
+def test_energy_of_the_mass_of_faces_is_that_of_the_jumps(
+    kind: str, spacing: str, basis: str
+) -> None:
+    """On each face rho h^3 / 12 int [dv/dn]^2, by the share of the penalty.
+
+    Soil that has come to a larger volume has no less of it.
+    """
+    simulation, active = block(kind, basis, 0.3, spacing=spacing)
+    points = simulation.points
+    stretch = np.random.default_rng(4).uniform(0.9, 1.1, len(points))
+    points.deformation_gradient[:, 0, 0] = stretch
+    np.testing.assert_allclose(points.volume, stretch * points.initial_volume, rtol=1e-14)
+    soil = simulation.soil_on(active)
+    v = np.random.default_rng(2).normal(size=(active.nodes, active.grid.dim))
+    faces = ghost_faces(soil, np.zeros(v.shape, dtype=bool), GAMMA)
+    energy = sum(
+        DENSITY * width**2 / 12.0 * share * jump
+        for _, _, (share, width, jump) in jump_energies(soil, active, v)
+    )
+    assert energy_of_mass(soil, active, faces, v) == pytest.approx(energy, rel=1e-10)
+
+
+@every_kind
+@every_spacing
+@pytest.mark.parametrize("nodes", ["layer", "one"])
+def test_nodes_behind_a_boundary_follow_those_in_front(kind: str, spacing: str, nodes: str) -> None:
+    """The last nodes along x, of relative stiffness 0.4: 2 E on their lines in place of gamma E.
+
+    It replaces as much of the penalty of partly filled cells that have such nodes. The mass has the
+    same shares, without these factors, of the whole jump.
+    """
+    depth = 0.4
+    simulation, active = block(kind, "gimp", 0.3, spacing=spacing)
+    soil, young = simulation.soil_on(active), simulation.points.bodies[0].parameters[0]
+    u = np.random.default_rng(2).normal(size=(active.nodes, active.grid.dim))
+    last = active.lattice[:, 0].max()
+    line = np.ones(active.nodes, dtype=bool)
+    if nodes == "one":
+        line = (active.lattice[:, 1:] == active.lattice[:, 1:].max(axis=0) // 2).all(axis=1)
+    behind = line & (active.lattice[:, 0] == last)
+    assert behind.sum() == 1 or nodes == "layer"
+    exterior = active.key[behind], depth * np.eye(active.grid.dim)[np.zeros(behind.sum(), int)]
+    faces = ghost_faces(soil, np.zeros(u.shape, dtype=bool), GAMMA, exterior)
+    balance = Balance(active, [LinearForces([each.coupling() for each in faces])])
+    cell = np.asarray(_core.lattice(filled_cells(soil)[0]))
+    from_cell = active.lattice[behind] - cell[:, None]  # of such nodes: 0 or 1 if they are its own
+    own = (np.isin(from_cell, (0, 1)).all(axis=2)).any(axis=1)
+    of_penalty = of_mass = 0.0
+    every = zip(
+        jump_energies(soil, active, u),
+        jump_energies(soil, active, u * line[:, None]),
+        strict=True,
+    )
+    for (low, high, (share, width, jump)), (*_, (_, _, on_lines)) in every:
+        follows = depth * (own[high] and not own[low] and cell[high, 0] > cell[low, 0])
+        partly = share * (1.0 - depth * (own[low] or own[high]))
+        of_penalty += (GAMMA * partly * jump + 2.0 * follows * on_lines) * young
+        of_mass += DENSITY * width**2 / 12.0 * (partly + follows) * jump
+    assert (u * balance.forces(u).residual).sum() == pytest.approx(of_penalty, rel=1e-12)
+    assert energy_of_mass(soil, active, faces, u) == pytest.approx(of_mass, rel=1e-10)
+
+
+@every_kind
+@every_spacing
+def test_the_stored_force_decays_by_the_motion_in_cells(kind: str, spacing: str) -> None:
+    """By exp(-|u| / 0.1 h) with h the mean size of the two cells along each component of u."""
+    simulation, active = block(kind, "gimp", 0.3, spacing=spacing)
+    soil, free = simulation.soil_on(active), np.zeros((active.nodes, active.grid.dim), dtype=bool)
     grid, dim = active.grid, active.grid.dim
-    u = np.random.default_rng(2).normal(size=(active.nodes, dim))
-    moved = dict(zip(map(tuple, active.lattice[:, :dim].tolist()), u, strict=True))
-    faces = ghost_faces(simulation.soil_on(active), np.zeros(u.shape, dtype=bool), GAMMA)
-    assert {each.axis for each in faces} == set(range(dim))
-    for each in faces:
-        assert (len(each.unit) > 1) == (spacing == "graded")
-        lower = active.lattice[each.node[:, 0], :dim].tolist()
-        energy = [jump_energy(tuple(place), each.axis, grid, moved) for place in lower]
-        smallest = float(np.delete(grid.cell_size, each.axis).prod())
-        area = np.delete(each.size, each.axis, axis=1).prod(axis=1)
-        factor = each.weight * each.modulus * smallest / area  # of the area in `each.weight`
-        unit = each.unit[each.which]
-        found = np.einsum(
-            "e,eab,eai,ebi->", each.coupling().stiffness, unit, u[each.node], u[each.node]
-        )
-        assert found == pytest.approx(float(factor @ energy), rel=1e-12)
+    for component in range(dim):
+        ghost = Ghost(GAMMA, dim)
+        ghost.couplings(soil, free)
+        u = np.zeros(free.shape)
+        u[:, component] = np.random.default_rng(6).uniform(-0.05, 0.05, active.nodes)
+        ghost.commit(active, u)
+        number = 0
+        for faces in ghost.faces:
+            low = np.asarray(_core.lattice(active.key[faces.node[:, 0]]))[:, :dim]
+            high = low + np.eye(dim, dtype=np.int64)[faces.axis]
+            size = np.stack([grid.sizes(low), grid.sizes(high)]).mean(axis=0)
+            np.testing.assert_allclose(faces.size, size, rtol=1e-12)
+            step = u[faces.node]
+            most = np.abs(step[..., component]).max(axis=1) / size[:, component]
+            stored = faces.modulus[:, None, None] * (step - step[:, :1])
+            stored *= np.exp(-most / 0.1)[:, None, None]
+            face = 8 * active.key[faces.node[:, 0]] + faces.axis
+            kept = ghost.moved[find_keys(ghost.face, face)]
+            np.testing.assert_allclose(kept, stored, rtol=1e-12, atol=0)
+            number += len(face)
+        assert number == len(ghost.face) > 0
 
 
 @every_kind

@@ -15,6 +15,7 @@ from tilth import Model
 from tilth.analysis.dynamics import inertia_of
 from tilth.analysis.energies import Energies
 from tilth.analysis.simulation import Simulation
+from tilth.arrays import Floats
 from tilth.terms.inertia import RELATIVE_SHIFT, Motion, TimeIntegration
 
 NEWMARK: dict[str, Any] = {"scheme": "newmark"}
@@ -257,6 +258,50 @@ def test_the_period_is_of_second_order() -> None:
     errors = [abs(bar(cells, 2 * cells)[0] - 1.0) for cells in (10, 20, 40)]
     rates = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
     np.testing.assert_allclose(rates, 2.0, atol=0.1)
+
+
+@pytest.mark.parametrize("kind", ["plane_strain", "3d"])
+@pytest.mark.parametrize("radius", [None, 1.0, 0.6, 0.0])
+def test_the_local_error_is_that_of_a_constant_jerk(
+    radius: float | None, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What the method's displacement lacks of Taylor's series: (beta - 1/6) h^3 times the jerk.
+
+    By the trapezoidal rule h^3 / 12 times it; beta = 1 / (1 + radius)^2. A step of the size that
+    is said to be possible has just the largest error.
+    """
+    most, cell = 1e-3, 0.25
+    inertia = NEWMARK if radius is None else ALPHA | {"spectral_radius": radius}
+    simulation = block(kind, inertia=inertia | {"largest_error": most})
+    simulation.advance(0.0, 1e-3)
+    dim = dimension(kind)
+    v, a, jerk = np.array([[2.0, -0.3, 1.1], [-40.0, 15.0, 3.0], [7e3, -2e4, 3e3]])[:, :dim]
+    simulation.points.motion[:] = v, a, a
+    beta = 0.25 if radius is None else (1.0 + radius) ** -2
+
+    def step(h: float) -> tuple[Floats, float]:
+        """Error and possible relative size; the points' velocity and acceleration are exact."""
+        balance = next_balance(simulation, 1e-3, 1e-3 + h, monkeypatch)
+        taylor = h * v + h**2 / 2.0 * a + h**3 / 6.0 * jerk
+        moved = h * v + h**2 * ((0.5 - beta) * a + beta * (a + h * jerk))
+        u = np.tile(moved, (balance.active.nodes, 1))
+        error = inertia_of(balance).local_error(u)
+        if radius in (None, 1.0):
+            trapezoidal = h * v + h**2 / 4.0 * (2.0 * a + h * jerk)
+            np.testing.assert_allclose(trapezoidal - taylor, h**3 / 12.0 * jerk, rtol=1e-10)
+        np.testing.assert_allclose(error, np.tile(moved - taylor, (len(error), 1)), rtol=1e-6)
+        still = inertia_of(balance).guess() - (h * v + h**2 / 2.0 * a)
+        np.testing.assert_allclose(still, 0.0, atol=1e-8 * h * np.abs(v).max())
+        dynamics, sizes = simulation.declared_dynamics, np.full_like(error, cell)
+        assert dynamics is not None
+        return error, dynamics.possible_size(balance, u, np.zeros_like(error), sizes)
+
+    h = 0.01
+    error, share = step(h)
+    assert share == pytest.approx((most * cell / np.linalg.norm(error[0])) ** (1.0 / 3.0), rel=1e-6)
+    error, again = step(share * h)
+    assert np.linalg.norm(error, axis=1) == pytest.approx(most * cell, rel=1e-6)
+    assert again == pytest.approx(1.0, rel=1e-6)
 
 
 @pytest.mark.parametrize("radius", [1.0, 0.8, 0.5, 0.0])

@@ -22,7 +22,7 @@ pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="needs processes
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("part", [("--checks", 150), ("--runs", 20), ("--folders", 20)])
+@pytest.mark.parametrize("part", [("--checks", 50), ("--runs", 12), ("--folders", 12)])
 def test_no_fault_is_found(part: tuple[str, int], tmp_path: Path) -> None:
     """In a process of its own, since forking needs one without threads."""
     options = [*map(str, part), "--patience", "5", "--keep", tmp_path]

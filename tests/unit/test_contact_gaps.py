@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from types import SimpleNamespace
 from typing import Any
 
@@ -180,6 +181,42 @@ def test_what_is_left_to_the_next_step_is_carried(monkeypatch: pytest.MonkeyPatc
     closed = touch.closed & ~term._is_small(support)[part.owner]
     kept = stored[term._supports.index(support)] + pushed
     np.testing.assert_allclose(kept[closed], touch.gap[closed], rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["plane_strain", "axisymmetric", "3d"])
+def test_gaps_of_small_supports_are_tolerated_and_forgotten(
+    kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of up to a twentieth of a cell's face; others close to 1e-4 cells, and keep what is left.
+
+    What is tolerated in contact must not act on the traction: the next step's mean gap begins at 0.
+    """
+    _, term = next_contact(pressed_block(kind, "friction"), 0.0, 0.25, monkeypatch)
+    support = max(term._supports, key=lambda each: float(each.area.max()))
+    part, touch, cell = support.part, support.part.touch, support.part.boundary.cell
+    number, dim = int(support.area.argmax()), part.pose.position.shape[1]
+    own, weight = part.owner == number, part.pose.weight
+    spread = np.random.default_rng(1).uniform(-0.01, 0.01, own.sum()) * cell
+    spread -= np.average(spread, weights=weight[own])
+    touch.closed[own] = True
+    still, at_rest = np.zeros((term._active.nodes, dim)), np.zeros(len(term.scale))
+    stored: list[Floats] = []
+    monkeypatch.setattr(type(part.boundary), "store", lambda own, *rest: stored.append(rest[-1]))
+    for share, of_cell in product((0.049, 0.051), (-0.9e-4, -1.1e-4, -0.02, 0.02)):
+        gap, is_small, is_closed = of_cell * cell, share < 0.05, of_cell < 0.0
+        is_wide = is_closed and not is_small and of_cell < -1e-4
+        weight[own] *= share * cell ** (dim - 1) / part.area[own].sum()
+        touch.gap[own] = touch.moved[own] = gap + spread
+        support.restart()
+        term.forces(still, at_rest)
+        term.revise(still)
+        added = support.stiffness[number, 0] * gap if is_wide else 0.0
+        assert support.added[number, 0] == pytest.approx(added, rel=1e-9)
+        stored.clear()
+        term.commit(still)
+        kept = stored[term._supports.index(support)][own]
+        expected = spread if is_closed and is_small else gap + spread
+        np.testing.assert_allclose(kept, expected, rtol=0, atol=1e-12 * cell)
 
 
 def test_supports_without_weight_have_directions() -> None:

@@ -10,10 +10,10 @@ import h5py
 import numpy as np
 import pytest
 from implicit_blocks import flat, gravity, implicit, model_of
+from resumed_runs import run_in_pieces, run_until
 from small_problems import BASES, material_entries
 
 from tilth import Model, resume, run
-from tilth.analysis.recorder import Recorder
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
 from tilth.output import read_checkpoint
@@ -50,24 +50,6 @@ def spreading(form: str, basis: str = "gimp") -> Model:
         for name in ("base", "platen", "pillar")
     ]
     return Model.from_dict(entries)
-
-
-def run_until(model: Model, folder: Path, step: int, threads: int) -> None:
-    """Runs and stops right after `step` is recorded."""
-    record = Recorder.step
-
-    class Stopped(Exception):
-        """Stands for whatever ends a run from outside."""
-
-    def stop(self: Recorder, clock: Any, size: float, result: StepResult) -> None:
-        record(self, clock, size, result)
-        if clock.step == step:
-            raise Stopped
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Recorder, "step", stop)
-        with pytest.raises(Stopped):
-            run(model, folder, threads=threads, quiet=True)
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -124,8 +106,10 @@ def test_the_case_is_worth_resuming(model: Model) -> None:
     assert not touched[0]
 
 
-def test_checkpoint_holds_the_tractions(model: Model, tmp_path: Path) -> None:
-    run_until(model, tmp_path / "out", 3, 1)
+def test_checkpoint_holds_the_tractions(
+    model: Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run_until(model, tmp_path / "out", 3, monkeypatch)
     arrays, _ = read_checkpoint(tmp_path / "out" / CHECKPOINT)
     for number, wall in enumerate(model.boundaries):
         carried = arrays[f"boundary {number}.carried"]
@@ -137,32 +121,35 @@ def test_checkpoint_holds_the_tractions(model: Model, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("threads", [1, 2])
-@pytest.mark.parametrize("step", [1, 4, 7])
+@pytest.mark.parametrize("threads", [(1, 2), (2, 1)])
 def test_resumed_after_a_step(
-    step: int, threads: int, model: Model, whole: dict[str, bytes], tmp_path: Path
+    threads: tuple[int, int],
+    model: Model,
+    whole: dict[str, bytes],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """With either number of threads before, with the other one after."""
-    run_until(model, tmp_path / "out", step, threads)
-    resume(tmp_path / "out", threads=3 - threads, quiet=True)
+    run_in_pieces(model, tmp_path / "out", [1, 4, 7], monkeypatch, threads)
     assert_same(whole, contents(tmp_path / "out"))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("basis", [basis for basis in BASES if basis != "gimp"])
-def test_resumed_with_other_bases(basis: str, tmp_path: Path) -> None:
+def test_resumed_with_other_bases(
+    basis: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     model = spreading("surface", basis)
     run(model, tmp_path / "whole", threads=1, quiet=True)
-    run_until(model, tmp_path / "out", 4, 1)
-    resume(tmp_path / "out", threads=2, quiet=True)
+    run_in_pieces(model, tmp_path / "out", [4], monkeypatch, (1, 2))
     assert_same(contents(tmp_path / "whole"), contents(tmp_path / "out"))
 
 
 def test_without_the_tractions_it_would_not_be_the_same(
-    model: Model, whole: dict[str, bytes], tmp_path: Path
+    model: Model, whole: dict[str, bytes], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """So the comparison sees them."""
-    run_until(model, tmp_path / "out", 4, 1)
+    run_until(model, tmp_path / "out", 4, monkeypatch)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(
             "tilth.boundaries.implicit.boundary.Implicit.restore", lambda self, state: None

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from matplotlib.collections import LineCollection
+from readings import long
 from report_setups import UNITS, make_setup, snapshot
 
 from tilth.errors import BadInput
@@ -34,7 +35,7 @@ def run_at(folder: Path, dim: int = 2, outputs: int = 3) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("ending", ["gif", pytest.param("webp", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("ending", ["gif", long("webp")])
 def test_a_movie_has_one_frame_for_each_output(tmp_path: Path, ending: str) -> None:
     from PIL import Image
 

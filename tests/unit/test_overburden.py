@@ -190,20 +190,59 @@ def test_a_friction_angle_that_varies_gives_a_coefficient_that_varies() -> None:
 
 
 def clay(**changed: Any) -> dict[str, Any]:
-    return material_entries(
-        "modified_cam_clay", preconsolidation_pressure=None, critical_state_slope=1.2, **changed
+    entries = {"preconsolidation_pressure": None, "critical_state_slope": 1.2, **changed}
+    return material_entries("modified_cam_clay", **entries)
+
+
+def slope_of(angle: Floats) -> Floats:
+    """M = q / p of Mohr and Coulomb's failure in triaxial compression, by its principal stresses.
+
+    (s1 - s3) / (s1 + s3) = sin(phi).
+    """
+    major, minor = 1.0 + np.sin(np.radians(angle)), 1.0 - np.sin(np.radians(angle))
+    return np.asarray((major - minor) / ((major + 2.0 * minor) / 3.0))
+
+
+def check_cam_clay(points: MaterialPoints, slope: Floats, angle: Floats, ratio: float) -> None:
+    """Its past stress is on the yield surface; K0 by Jaky, and by Mayne and Kulhawy since."""
+    sine, vertical = np.sin(np.radians(angle)), -points.stress[:, 1]
+    np.testing.assert_allclose(
+        -points.stress[:, 0], (1.0 - sine) * ratio**sine * vertical, rtol=1e-12
     )
-
-
-def test_overconsolidation_of_cam_clay() -> None:
-    """M = 1.2: sin(phi) = 3.6 / 7.2 = 1/2. Its yield surface goes through the past stress."""
-    points = at_rest(clay(), overconsolidation_ratio=4.0)
-    sigma = -points.stress[:, 1]
-    np.testing.assert_allclose(points.stress[:, 0] / points.stress[:, 1], 0.5 * 2.0, rtol=1e-12)
-    past = 4.0 * sigma
-    p, q = past * (1.0 + 2.0 * 0.5) / 3.0, past * 0.5
+    np.testing.assert_array_equal(points.stress[:, 0], points.stress[:, 2])
+    past = np.zeros((len(points), 3, 3))
+    past[:, 1, 1] = -ratio * vertical
+    past[:, 0, 0] = past[:, 2, 2] = (1.0 - sine) * past[:, 1, 1]
+    p = -np.trace(past, axis1=1, axis2=2) / 3.0
+    deviator = past + p[:, None, None] * np.eye(3)
+    square = 1.5 * (deviator**2).sum(axis=(1, 2))
     found = points.state_variable("preconsolidation_pressure")
-    np.testing.assert_allclose(found, p + q**2 / (1.44 * p), rtol=1e-12)
+    np.testing.assert_allclose(square / (slope * p) ** 2 + 1.0, found / p, rtol=1e-12)
+    assert (found > p).all()
+
+
+@pytest.mark.parametrize("ratio", [1.0, 2.5, 4.0])
+@pytest.mark.parametrize("angle", [12.0, 22.0, 30.0, 41.0])
+def test_overconsolidation_of_cam_clay(angle: float, ratio: float) -> None:
+    """With sin(phi) above and below 1/2, where it is not 1 - sin(phi)."""
+    slope = slope_of(np.array(angle))
+    assert (angle == 30.0) == (slope == pytest.approx(1.2))
+    soil = clay(critical_state_slope=float(slope))
+    check_cam_clay(at_rest(soil, overconsolidation_ratio=ratio), slope, np.array(angle), ratio)
+
+
+def test_a_critical_state_slope_that_varies_varies_the_stress_at_rest() -> None:
+    soil = clay(critical_state_slope={"axis": "x", "values": [[0.0, 0.6], [6.0, 1.8]]})
+    points = at_rest(soil, overconsolidation_ratio=3.0)
+    slope = 0.6 + 0.2 * points.position[:, 0]
+    angles = np.linspace(1.0, 60.0, 591)
+    angle = np.interp(slope, slope_of(angles), angles)
+    for _ in range(4):  # Newton, by differences
+        rate = (slope_of(angle + 1e-4) - slope_of(angle - 1e-4)) / 2e-4
+        angle = angle + (slope - slope_of(angle)) / rate
+    assert angle.min() < 25.0
+    assert angle.max() > 35.0
+    check_cam_clay(points, slope, angle, 3.0)
 
 
 def test_cam_clay_at_the_ground_itself_is_refused() -> None:

@@ -11,7 +11,7 @@ from mpi_runs import assert_as_serial
 from tilth import Model
 
 pytestmark = pytest.mark.slow
-several = pytest.mark.parametrize("processes", [2, pytest.param(3, marks=pytest.mark.long)])
+several = pytest.mark.parametrize("processes", [2, 3])
 
 
 @several

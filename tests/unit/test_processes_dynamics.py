@@ -13,7 +13,7 @@ from small_problems import block_entries, dimension, material_entries, plane, we
 from tilth import Model
 
 pytestmark = pytest.mark.slow
-several = pytest.mark.parametrize("processes", [2, pytest.param(3, marks=pytest.mark.long)])
+several = pytest.mark.parametrize("processes", [2, 3])
 NEWMARK: dict[str, Any] = {"scheme": "newmark"}
 
 

@@ -14,7 +14,7 @@ from staged_problems import KINDS, staged_entries
 from tilth import Model
 
 pytestmark = pytest.mark.slow
-several = pytest.mark.parametrize("processes", [2, pytest.param(3, marks=pytest.mark.long)])
+several = pytest.mark.parametrize("processes", [2, 3])
 
 
 @several

@@ -13,7 +13,7 @@ from small_problems import weight as weight_of
 from tilth import Model
 
 pytestmark = pytest.mark.slow
-several = pytest.mark.parametrize("processes", [2, pytest.param(3, marks=pytest.mark.long)])
+several = pytest.mark.parametrize("processes", [2, 3])
 
 
 def on_clay(kind: str, basis: str = "gimp", **changed: Any) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from resumed_runs import assert_same_results, restored, run_until
+from resumed_runs import assert_same_results, restored, run_in_pieces
 from small_problems import block_entries, by_number, material_entries, plane, rollers, weight
 
 from tilth import AnalysisFailed, BadInput, Model, resume, run, steps
@@ -194,17 +194,15 @@ def test_no_unit_matters() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("which", [0, 1, 5, -2, -1])
 def test_resumed_in_the_middle_of_a_relaxation(
-    which: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """After its first, second and later steps, and after the last one."""
     model = Model.from_dict(cut())
     run(model, tmp_path / "whole", quiet=True)
     history = read_history(tmp_path / "whole" / "history.csv")
-    step = int(history["step"][history["relaxation"] == 1.0][which])
-    run_until(model, tmp_path / "stopped", step, monkeypatch)
-    resume(tmp_path / "stopped", quiet=True)
+    steps = history["step"][history["relaxation"] == 1.0][[0, 1, 5, -2, -1]].astype(int)
+    run_in_pieces(model, tmp_path / "stopped", steps, monkeypatch)
     assert_same_results(tmp_path / "whole", tmp_path / "stopped")
 
 
@@ -230,10 +228,7 @@ def test_a_loop_is_left_in_the_middle_of_a_relaxation(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("number", [1, 2])
-def test_stages_count_their_relaxations_on(
-    number: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_stages_count_their_relaxations_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Gravity goes beyond the limit load in one stage, and further in the next; resumed in each."""
     entries = cut()
     del entries["schedule"]
@@ -248,9 +243,8 @@ def test_stages_count_their_relaxations_on(
     history = read_history(tmp_path / "whole" / "history.csv")
     found = history["relaxation"]
     assert {1.0, 2.0} <= set(found)
-    step = int(history["step"][found == number][1])
-    run_until(model, tmp_path / "stopped", step, monkeypatch)
-    resume(tmp_path / "stopped", quiet=True)
+    steps = [int(history["step"][found == number][1]) for number in (1, 2)]
+    run_in_pieces(model, tmp_path / "stopped", steps, monkeypatch)
     assert_same_results(tmp_path / "whole", tmp_path / "stopped")
 
 

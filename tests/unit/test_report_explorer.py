@@ -145,6 +145,7 @@ def test_outputs_are_left_out_evenly_whatever_surrounds_the_soil_and_what_cannot
         assert packed_or_not(tmp_path, budget) is None
 
 
+@pytest.mark.long
 def test_the_page_keeps_its_size_and_says_what_is_missing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -21,6 +21,7 @@ from resumed_runs import (
     checkpoint_of,
     datasets,
     entries_of,
+    run_in_pieces,
     run_until,
 )
 from small_problems import (
@@ -63,13 +64,13 @@ def test_the_case_is_worth_resuming(uninterrupted: Path) -> None:
     assert "no equilibrium" in log or "inverted" in log
 
 
-@pytest.mark.parametrize("step", range(1, 10))
+@pytest.mark.parametrize("steps", [range(1, 10), [6]])
 def test_resumed_after_a_step(
-    step: int, model: Model, uninterrupted: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    run_until(model, tmp_path / "out", step, monkeypatch)
-    result = resume(tmp_path / "out", quiet=True)
-    assert result.steps == number_of_steps(uninterrupted) - step
+    steps: list[int], model: Model, uninterrupted: Path, tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:  # fmt: skip
+    result = run_in_pieces(model, tmp_path / "out", steps, monkeypatch)
+    assert result.steps == number_of_steps(uninterrupted) - steps[-1]
     assert_same_results(uninterrupted, tmp_path / "out")
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from clay_boxes import clay_box
+from readings import long
 
 from tilth import BadInput, Model, check, resume, run
 from tilth.analysis.staged import StagedAnalysis
@@ -58,7 +59,7 @@ def hollow(kind: str, second: float = DOWN, **entries: Any) -> dict[str, Any]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["plane_strain", "3d"])
+@pytest.mark.parametrize("kind", ["plane_strain", long("3d")])
 def test_a_body_comes_into_the_hollow_of_a_removed_one(kind: str, tmp_path: Path) -> None:
     """It meets the soil only where the first one left it, 0.8 of a cell below the level ground."""
     model = Model.from_dict(hollow(kind, DOWN + 0.02))

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from resumed_runs import assert_same_results, run_until
+from resumed_runs import assert_same_results, run_in_pieces
 
-from tilth import AnalysisFailed, BadInput, Model, resume, run, safety
+from tilth import AnalysisFailed, BadInput, Model, StrengthReduction, resume, run, safety
 from tilth.analysis.staged import StagedAnalysis
 from tilth.output.folder import SETUP
 from tilth.output.safety_files import read_safety
@@ -57,12 +57,12 @@ def entries(**changes: Any) -> dict[str, Any]:
         ],
         "stages": [
             {"name": "load", "schedule": {"steps": 2}},
-            {"name": "safety", "type": "strength_reduction"},
+            {"name": "safety", "type": "strength_reduction", "tolerance": 0.05},
             {
                 "name": "unload", "schedule": {"steps": 2},
                 "factors": {"plate": [[0.0, 1.0], [1.0, 0.8]]},
             },
-            {"name": "safety again", "type": "strength_reduction", "tolerance": 0.02},
+            {"name": "safety again", "type": "strength_reduction", "tolerance": 0.1},
         ],
         **changes,
     }  # fmt: skip
@@ -81,7 +81,7 @@ def test_each_stage_has_its_factor_of_safety(folder: Path) -> None:
     assert first.above >= EXACT * 0.99
     assert second.factor <= EXACT / 0.8 * 1.01
     assert second.above >= EXACT / 0.8 * 0.99
-    assert first.above - first.factor <= 0.01 * (1.0 + 1e-9)
+    assert first.above - first.factor <= 0.05 * (1.0 + 1e-9)
     assert (first.time, second.time) == (1.0, 2.0)
 
 
@@ -100,23 +100,22 @@ def test_log_and_report_name_the_stages(folder: Path) -> None:
         assert f"<h2>Factor of safety: {name}</h2>" in report
 
 
-@pytest.mark.parametrize("step", [1, 2, 3])
-def test_resumed(folder: Path, step: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    run_until(Model.from_dict(entries()), tmp_path / "out", step, monkeypatch)
-    resume(tmp_path / "out", quiet=True)
+def test_resumed(folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    run_in_pieces(Model.from_dict(entries()), tmp_path / "out", [1, 2, 3], monkeypatch)
     assert_same_results(folder, tmp_path / "out")
     for index in (1, 3):
         assert read_safety(folder, index) == read_safety(tmp_path / "out", index)
 
 
+@pytest.mark.long
 def test_a_run_from_a_stage_finds_the_factors_after_it(folder: Path, tmp_path: Path) -> None:
     """Of the stored stage too: its strength reduction may have changed."""
     changed = entries(output=NO_REPORT)
-    changed["stages"][1]["tolerance"] = 0.005
+    changed["stages"][1]["tolerance"] = 0.02
     model = Model.from_dict(changed)
     run(model, tmp_path / "new", from_stage=(folder, "load"), quiet=True)
     first = read_safety(tmp_path / "new", 1)
-    assert first.above - first.factor <= 0.005 * (1.0 + 1e-9)
+    assert first.above - first.factor <= 0.02 * (1.0 + 1e-9)
     assert read_safety(tmp_path / "new", 3) == read_safety(folder, 3)
     run(model, tmp_path / "last", from_stage=(tmp_path / "new", "unload"), quiet=True)
     assert read_safety(tmp_path / "last", 1) == first
@@ -154,7 +153,7 @@ def test_new_soil_after_a_reduction_is_found() -> None:
         "bodies": [{"name": "ground"}, {"name": "fill"}],
         "stages": [
             {"name": "weight"},
-            {"name": "safety", "type": "strength_reduction"},
+            {"name": "safety", "type": "strength_reduction", "tolerance": 0.05},
             {"name": "wait"},
             {"name": "fill", "activate": ["fill"]},
         ],
@@ -218,6 +217,7 @@ def test_a_run_does_not_go_on_from_a_strength_reduction(folder: Path, tmp_path: 
     assert not (tmp_path / "new").exists()
 
 
+@pytest.mark.long
 def test_a_factor_within_a_stage_tells_what_is_still_held(tmp_path: Path) -> None:
     """Forces that a stage has not released yet take part in the equilibrium."""
     case = entries()
@@ -231,9 +231,9 @@ def test_a_factor_within_a_stage_tells_what_is_still_held(tmp_path: Path) -> Non
     digging["deactivate"] = ["toe"]
     model = Model.from_dict(case)
     run(model, tmp_path / "out", until=1.5, quiet=True)
-    safety(tmp_path / "out")
+    safety(tmp_path / "out", settings=StrengthReduction(tolerance=0.2))
     words = "the stage 'dig' is not finished: 50 % of the forces"
     assert words in read_safety(tmp_path / "out").criterion
     resume(tmp_path / "out", quiet=True)
-    safety(tmp_path / "out")
+    safety(tmp_path / "out", settings=StrengthReduction(tolerance=0.2))
     assert "not finished" not in read_safety(tmp_path / "out").criterion
