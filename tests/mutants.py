@@ -172,7 +172,7 @@ def parsed(arguments: list[str] | None) -> argparse.Namespace:
     add = parser.add_argument
     add("--list", action="store_true", help="show the mutants and end")
     add("--only", metavar="NAME", action="append", default=[],
-        help="only mutants of this name or file; * stands for any text; may be repeated")  # fmt: skip
+        help="only these mutants: a name or a file, * for any text; may be repeated")  # fmt: skip
     add("--nearest", action="store_true", help="only the tests that the list names")
     add("--json", type=Path, default=ROOT / "build/mutants/outcomes.json", metavar="FILE",
         help="outcomes, written after each mutant (build/mutants/outcomes.json)")  # fmt: skip
