@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import resource
 import shutil
 import signal
 import subprocess
@@ -27,6 +28,9 @@ FAILED = "TILTH_MUTANTS_FAILED"
 
 OPTIMISATION = "-O1"
 """Of the core's build: half the compiler's time of -O3, and as precise."""
+
+PATIENCE = 10.0
+"""Wall-clock time over processor time from which on tests hang: they may wait for a message."""
 
 FIRST_PASS = 0
 NO_TESTS = 5
@@ -101,7 +105,7 @@ class Workshop:
     ) -> Tested:
         """Runs tests up to the first that fails.
 
-        tests: arguments of pytest. limit: of the wall-clock time [s]. excluded: tests that are left
+        tests: arguments of pytest. limit: of the processor time [s]. excluded: tests that are left
         out. clean: in the copy without changes.
         """
         tree = self.clean if clean else self.changed
@@ -178,13 +182,19 @@ def _environment(tree: Path) -> dict[str, str]:
 
 
 def _run(command: list[str], folder: Path, environment: dict[str, str], limit: float) -> int | None:
-    """Returns the exit code; None if the command and what it started had to be ended."""
+    """Returns the exit code; None if the command and what it started had to be ended.
+
+    limit: processor time of each process [s], and a share of the wall-clock time (`PATIENCE`).
+    """
+    cpu = int(limit)
     process = subprocess.Popen(
         command, cwd=folder, env=environment, start_new_session=True,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (cpu, cpu)),
         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     )  # fmt: skip
     try:
-        return process.wait(timeout=limit)
+        code = process.wait(timeout=PATIENCE * limit)
+        return None if code in (-signal.SIGXCPU, -signal.SIGKILL) else code
     except subprocess.TimeoutExpired:
         return None
     finally:

@@ -34,7 +34,7 @@ LIVES_NEAR = "lives in the nearest tests"
 """What is told of a mutant that these do not kill where no others were run."""
 
 FAST_LIMIT = 3600.0
-"""Greatest wall-clock time of the fast part [s]."""
+"""Greatest processor time of the fast part, of each of its processes [s]."""
 
 
 @dataclass(frozen=True)
@@ -180,7 +180,7 @@ def parsed(arguments: list[str] | None) -> argparse.Namespace:
     add("--known", type=Path, metavar="FILE",
         help="outcomes of an earlier run: the test that killed a mutant comes first")  # fmt: skip
     add("--limit", type=float, default=300.0, metavar="SECONDS",
-        help="a mutant whose nearest tests take longer hangs, and so is killed (300)")  # fmt: skip
+        help="of processor time, after which the nearest tests hang, and so kill (300)")  # fmt: skip
     add("--jobs", type=int, default=os.cpu_count() or 1, help="processes of the compiler")
     return parser.parse_args(arguments)
 
