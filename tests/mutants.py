@@ -15,6 +15,7 @@ import fnmatch
 import hashlib
 import json
 import os
+import signal
 import sys
 import time
 from collections.abc import Iterable, Sequence
@@ -180,7 +181,7 @@ def parsed(arguments: list[str] | None) -> argparse.Namespace:
     add("--known", type=Path, metavar="FILE",
         help="outcomes of an earlier run: the test that killed a mutant comes first")  # fmt: skip
     add("--limit", type=float, default=300.0, metavar="SECONDS",
-        help="of processor time, after which the nearest tests hang, and so kill (300)")  # fmt: skip
+        help="processor time after which the nearest tests hang, and so kill (300)")  # fmt: skip
     add("--jobs", type=int, default=os.cpu_count() or 1, help="processes of the compiler")
     return parser.parse_args(arguments)
 
@@ -188,6 +189,7 @@ def parsed(arguments: list[str] | None) -> argparse.Namespace:
 def main(arguments: list[str] | None = None) -> int:
     """Runs the command; returns 0 if no mutant lives, 1 otherwise."""
     options = parsed(arguments)
+    signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(128 + number))  # ends the tests
     mutants = read_list()
     if wrong := mistakes(mutants):
         raise SystemExit("\n".join(["tests/mutants does not fit the source:", *wrong]))
