@@ -26,6 +26,9 @@ FOLDER = ROOT / "build" / "mutants"
 FAILED = "TILTH_MUTANTS_FAILED"
 """Environment variable: the file to which a failing test is written."""
 
+PETSC = "tests/unit/test_petsc.py"
+"""Tests that need petsc4py in the Python that runs them: that of several processes."""
+
 OPTIMISATION = "-O1"
 """Of the core's build: half the compiler's time of -O3, and as precise."""
 
@@ -111,7 +114,10 @@ class Workshop:
         tree = self.clean if clean else self.changed
         note = FOLDER / "failed.txt"
         note.unlink(missing_ok=True)
-        command = [sys.executable, "-m", "pytest", "-x", "--tb=no", "-p", "no:cacheprovider", "-p",
+        python = sys.executable
+        if any(PETSC in each for each in tests):
+            python = os.environ.get("TILTH_MPI_PYTHON", python)
+        command = [python, "-m", "pytest", "-x", "--tb=no", "-p", "no:cacheprovider", "-p",
                    "mutant_workshop", *tests]  # fmt: skip
         for each in excluded:
             command += ["--deselect", each]

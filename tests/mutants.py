@@ -21,12 +21,11 @@ import time
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parent))
 
 from mutant_list import ROOT, Mutant, mistakes, read_list
-from mutant_workshop import BuildFailed, Workshop
+from mutant_workshop import PETSC, BuildFailed, Workshop
 
 FAST = ("-m", "not slow and not long", "-n", "2")
 """Arguments of pytest for the fast part of the tests."""
@@ -47,7 +46,7 @@ class Outcome:
         result: killed, hangs, lives, lives in the nearest tests, or why it was not judged.
         by: the test that killed it.
         seconds: wall-clock time, with that of the build [s].
-        change: what distinguishes it from an earlier mutant of the same name.
+        change: what distinguishes it from an earlier mutant of the same name, see `mark_of`.
     """
 
     name: str
@@ -66,10 +65,19 @@ class Outcome:
 
 
 def mark_of(mutant: Mutant) -> str:
-    """Returns a text that changes with what the mutant changes."""
-    return hashlib.sha256(f"{mutant.file}\n{mutant.line}\n{mutant.change}".encode()).hexdigest()[
-        :12
-    ]
+    """Returns a text of two words that change with what the mutant changes and with its tests."""
+    texts = "\n".join([mutant.file, mutant.line, mutant.change]), "\n".join(mutant.tests)
+    return " ".join(hashlib.sha256(each.encode()).hexdigest()[:12] for each in texts)
+
+
+def is_known(before: Outcome | None, mutant: Mutant, nearest: bool) -> bool:
+    """Returns whether an earlier outcome of a mutant still holds."""
+    if before is None or not before.is_judged:
+        return False
+    now = mark_of(mutant)
+    if before.is_killed:
+        return before.change.split()[:1] == now.split()[:1]
+    return before.change == now and (nearest or before.result != LIVES_NEAR)
 
 
 def read_outcomes(file: Path) -> dict[str, Outcome]:
@@ -113,13 +121,13 @@ def in_order(tests: Sequence[str], known: str = "") -> list[tuple[str, ...]]:
 
     Of a file the list means the fast tests, of a test that it names all cases.
     """
-    files = [each for each in tests if "::" not in each]
-    others = [each for each in tests if "::" in each]
+    own = [each for each in tests if PETSC in each]
+    files = [each for each in tests if "::" not in each and each not in own]
+    others = [each for each in tests if "::" in each and each not in own]
     groups = [(known,)] if "::" in known else []
-    if files:
-        groups.append(("-m", "not slow and not long", *files))
-    if others:
-        groups.append(("-m", "not long", *others))
+    for marks, group in (("not slow and not long", files), ("not long", others), ("not long", own)):
+        if group:
+            groups.append(("-m", marks, *group))
     return groups
 
 
@@ -202,9 +210,7 @@ def main(arguments: list[str] | None = None) -> int:
     outcomes = read_outcomes(options.json) if options.resume else {}
     with Workshop(options.jobs) as workshop:
         for number, mutant in enumerate(mutants, 1):
-            before: Any = outcomes.get(mutant.name)
-            same = before and before.change == mark_of(mutant) and before.is_judged
-            if same and (options.nearest or before.result != LIVES_NEAR):
+            if is_known(outcomes.get(mutant.name), mutant, options.nearest):
                 continue
             known = earlier[mutant.name].by if mutant.name in earlier else ""
             found = judged(mutant, workshop, options, known)

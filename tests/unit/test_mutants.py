@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from mutant_list import Mutant, mistakes, packages, read_list
-from mutants import Outcome, read_outcomes, table, write_outcomes
+from mutants import LIVES_NEAR, Outcome, is_known, mark_of, read_outcomes, table, write_outcomes
 
 MUTANTS = read_list()
 FIRST = MUTANTS[0]
@@ -62,3 +62,17 @@ def test_the_table_counts_the_living() -> None:
     lines = table(outcomes).splitlines()
     assert "| one | killed | tests/unit/test_a.py::test_b | 1 |" in lines
     assert "2 of 3 mutants killed (67 %), 1 not run; 303 s" in lines[-1]
+
+
+def test_outcomes_hold_as_long_as_the_mutant_is_the_same() -> None:
+    killed = Outcome(FIRST.name, "killed", "tests/unit/test_a.py::test_b", 1.0, mark_of(FIRST))
+    lives = replace(killed, result=LIVES_NEAR)
+    other_tests, other_change = replace(FIRST, tests=()), replace(FIRST, change="other")
+    assert is_known(killed, FIRST, nearest=False)
+    assert is_known(killed, other_tests, nearest=True)
+    assert is_known(lives, FIRST, nearest=True)
+    assert not is_known(lives, FIRST, nearest=False)
+    assert not is_known(lives, other_tests, nearest=True)
+    assert not is_known(killed, other_change, nearest=True)
+    assert not is_known(replace(killed, result="not run: needs processes"), FIRST, nearest=True)
+    assert not is_known(None, FIRST, nearest=True)
