@@ -117,8 +117,8 @@ class Workshop:
         python = sys.executable
         if any(PETSC in each for each in tests):
             python = os.environ.get("TILTH_MPI_PYTHON", python)
-        command = [python, "-m", "pytest", "-x", "--tb=no", "-p", "no:cacheprovider", "-p",
-                   "mutant_workshop", *tests]  # fmt: skip
+        command = [python, "-m", "pytest", "-o", "addopts=-q", "-x", "--tb=no", "-p",
+                   "no:cacheprovider", "-p", "mutant_workshop", *tests]  # fmt: skip
         for each in excluded:
             command += ["--deselect", each]
         code = _run(command, tree, {**_environment(tree), FAILED: str(note)}, limit)

@@ -124,7 +124,7 @@ def in_order(tests: Sequence[str], known: str = "") -> list[tuple[str, ...]]:
     own = [each for each in tests if PETSC in each]
     files = [each for each in tests if "::" not in each and each not in own]
     others = [each for each in tests if "::" in each and each not in own]
-    groups = [(known,)] if "::" in known else []
+    groups = [("-m", "not long", known)] if "::" in known else []
     for marks, group in (("not slow and not long", files), ("not long", others), ("not long", own)):
         if group:
             groups.append(("-m", marks, *group))
