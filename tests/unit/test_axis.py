@@ -327,3 +327,27 @@ def test_a_surface_ends_on_the_axis(shift: float) -> None:
     on_axis = shape.position[shape.position[:, 0] <= 0.0]
     assert on_axis[:, 0].tolist() == [0.0, 0.0]
     assert sorted(on_axis[:, 1]) == pytest.approx([0.0, 2.0 * np.exp(-1.0 / 1000.0)], abs=3e-4)
+
+
+# --- rings --------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("hole", "held"), [(0.1, False), (0.06, False), (0.04, True), (0.0, True)])
+def test_a_ring_that_closes_is_held_once_its_hole_is_gone(hole: float, held: bool) -> None:
+    """At constant volume and height: r^2 - R^2 is the same at the inner edge and at the point.
+
+    The innermost ring is from 0.1 to 0.6, and cells are 1 wide.
+    """
+    entries = block_entries("axisymmetric", "gimp", boundaries=[plane("base", "y", 0.0)])
+    body = entries["bodies"][0]
+    del body["points_per_cell"]
+    body |= {"points": [4, 4], "shape": {"type": "box", "lower": [0.1, 0.0], "upper": [2.1, 2.0]}}
+    simulation = Simulation(Model.from_dict(entries))
+    points, start = simulation.points, simulation.points.position[:, 0].copy()
+    points.position[:, 0] = np.sqrt(start**2 - 0.1**2 + hole**2)
+    stretch = start / points.position[:, 0]
+    points.deformation_gradient[:, 0, 0] = stretch
+    points.deformation_gradient[:, 2, 2] = 1.0 / stretch
+    assert start.min() == pytest.approx(0.35)
+    rows, *_ = simulation.axis._rows.find(simulation.locate(0.0))  # type: ignore[union-attr]
+    assert rows.tolist() == ([0, 1, 2] if held else [])

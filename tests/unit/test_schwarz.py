@@ -10,13 +10,14 @@ import pytest
 from lattice_fields import LAW, edge_nodes, poisson
 from processes import run_together
 
-from tilth.arrays import Flags, Floats
+from tilth.arrays import Flags, Floats, Integers
 from tilth.comm import SERIAL, Communicator
 from tilth.mpm.distribution import Distribution
 from tilth.mpm.grid import ActiveGrid, Buffers, Grid, locate
 from tilth.mpm.points import MaterialPoints, PointRange
 from tilth.solvers import LinearSystem, Multigrid, coarse_correction
 from tilth.solvers.krylov import flexible_gmres
+from tilth.solvers.multigrid import SYMMETRY_TOLERANCE
 from tilth.solvers.schwarz import SchwarzMultigrid
 
 COUPLINGS = {
@@ -105,6 +106,67 @@ def test_solution_and_iterations_are_those_of_one_process(
         found[np.argsort(key)], expected, rtol=0, atol=1e-6 * np.abs(expected).max()
     )
     assert max(each[2] for each in results) <= iterations + 6
+
+
+@pytest.mark.parametrize("processes", [2, 3])
+@pytest.mark.parametrize("coarsest", [20_000, 60])
+def test_the_coarse_correction_is_that_of_one_process(
+    processes: int, coarsest: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Matrix and residual of the coarse grid are sums over the processes that meet there."""
+    monkeypatch.setattr(coarse_correction, "LARGEST_COARSE_NODES", coarsest)
+
+    def work(comm: Communicator) -> tuple[Integers, Floats]:
+        active = grid_of(2, comm)
+        held = edge_nodes(active) if comm.size == 1 else at_the_edge(active)
+        system = poisson(active, COUPLINGS[2], held)
+        coarse = coarse_correction.CoarseCorrection(active, system.constrained)
+        coarse.begin()
+        coarse.fill(system.blocks)
+        residual = np.where(system.constrained, 0.0, right_side(active, 2))
+        found = np.empty_like(residual)
+        coarse.correct(residual, found)
+        return active.key[active.owned], found[active.owned]
+
+    ((key, expected),) = run_together(1, work)
+    for own, found in run_together(processes, work):
+        there = expected[np.searchsorted(key, own)]
+        np.testing.assert_allclose(found, there, rtol=0, atol=1e-5 * np.abs(expected).max())
+
+
+SKEW = np.array([[0.0, 0.9], [-0.9, 0.0]])
+
+
+def test_nodes_that_are_solved_exactly_leave_no_residual() -> None:
+    """Of an unsymmetric matrix, where the chosen nodes bear the whole solution."""
+    active = grid_of(2, SERIAL)
+    system = poisson(active, COUPLINGS[2] + SKEW, edge_nodes(active))
+    twist = 1.0 + 0.5 * np.sin(active.lattice[:, 0])  # so that rows and columns differ in size
+    row = np.repeat(np.arange(active.nodes), np.diff(active.row_start))
+    system.blocks *= twist[row][:, None, None]
+    multigrid = Multigrid(active, system.constrained)
+    chosen = active.lattice[:, 0] < 5
+    multigrid.fill(system.blocks, [chosen])
+    x = np.where(system.constrained | ~chosen[:, None], 0.0, right_side(active, 2))
+    residual = np.zeros_like(x)
+    np.add.at(residual, row, np.einsum("bij,bj->bi", system.blocks, x[active.column]))
+    residual[system.constrained] = 0.0
+    found = np.empty(x.size)
+    multigrid.precondition(residual.ravel(), found)
+    np.testing.assert_allclose(found.reshape(x.shape), x, rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("unit", [1e-9, 1.0, 1e9])
+def test_symmetric_matrices_are_told_from_others_in_any_unit(unit: float) -> None:
+    """Conjugate gradients are for the former; a skew part of a thousandth is not round-off."""
+    active = grid_of(2, SERIAL)
+    for skew in (0.0, 1e-3):
+        system = poisson(active, unit * (COUPLINGS[2] + skew * SKEW), edge_nodes(active))
+        multigrid = Multigrid(active, system.constrained)
+        multigrid.fill(system.blocks)
+        assert (multigrid._asymmetry < SYMMETRY_TOLERANCE) == (skew == 0.0)
+        if skew:
+            assert 1e-3 * skew < multigrid._asymmetry < skew
 
 
 def test_levels_stay_while_the_pattern_does() -> None:
