@@ -103,7 +103,10 @@ def _mistakes_of(mutant: Mutant, root: Path) -> list[str]:
             found.append(f"{name}: there is no file {path}")
             continue
         wanted = names[0].split("[")[0] if names else ""
-        if f"def {wanted}" not in (root / path).read_text(encoding="utf-8"):
+        source = (root / path).read_text(encoding="utf-8")
+        if not names and "pytestmark = pytest.mark.slow" in source:
+            found.append(f"{name}: {path} has no fast tests; name some of its tests")
+        if f"def {wanted}" not in source:
             found.append(f"{name}: {path} has no test {wanted}")
     try:
         text = mutant.applied(before := file.read_text(encoding="utf-8"))

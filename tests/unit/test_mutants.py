@@ -35,6 +35,7 @@ def test_there_are_enough_in_every_folder_of_source() -> None:
         (replace(FIRST, tests=("tests/unit/test_nothing.py",)), "there is no file"),
         (replace(FIRST, tests=("tests/unit/test_mutants.py::test_nothing",)), "has no test"),
         (replace(FIRST, tests=()), "names no test"),
+        (replace(FIRST, tests=("tests/unit/test_multigrid.py",)), "has no fast tests"),
         (replace(FIRST, guards=""), "does not say"),
     ],
 )

@@ -28,7 +28,6 @@ FIRST = {
     "rigid_sphere": 1,
     "rolling_sphere": 2,
     "self_weight_column": 36,
-    "shear_column": 2,
     "slope_strength_reduction": 9,
     "square_footing": 1,
     "strip_footing": 5,
