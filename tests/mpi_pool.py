@@ -51,7 +51,9 @@ class Pool:
         return self._processes.poll() is None
 
     def run(self, source: str, limit: float) -> str:
-        """Runs a text in all processes; returns what it wrote to the file `answer`.
+        """Runs a text in all processes; returns what it wrote to the file that it is given.
+
+        It is run in a new folder.
 
         Raises:
             AssertionError: with all that the processes printed, if the text failed in one of them,
@@ -66,18 +68,21 @@ class Pool:
         while not answer.exists():
             if not self.alive or time.monotonic() > end:
                 why = "failed" if not self.alive else f"not done after {limit:g} s"
-                self.close()
-                self._output.seek(0)
-                raise AssertionError(f"{why}\n{self._output.read()}")
+                raise AssertionError(f"{why}\n{self.close()}")
             time.sleep(PAUSE)
         spent, _, text = answer.read_text(encoding="utf-8").partition("\n")
         cost.charge(float(spent))
         return text
 
-    def close(self) -> None:
-        """Ends the processes."""
+    def close(self) -> str:
+        """Ends the processes; returns what they printed."""
         self._processes.terminate()
         self._processes.wait()
+        self._output.seek(0)
+        printed = self._output.read()
+        self._output.close()
+        self._folder.cleanup()
+        return printed
 
 
 _POOLS: dict[int, Pool] = {}
@@ -115,6 +120,9 @@ def serve(folder: Path) -> None:
         answer, part = folder / f"{number}.json", folder / f"{number}.part"
         sys.argv = [str(script), str(part)]
         text = script.read_text(encoding="utf-8")
+        place = folder / str(number)
+        place.mkdir(exist_ok=True)
+        os.chdir(place)
         exec(compile(text, str(script), "exec"), {"__name__": "__main__"})
         now = time.process_time()
         spent = sum(world().gathered(now - before))

@@ -129,3 +129,19 @@ def test_lasting_contact_is_of_order_2_from_the_start() -> None:
         body.commit(increments, still, load, step)
         place += increments[0]
     assert place == pytest.approx(0.5 - 0.5 * 0.5 * 0.25)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_free_body_keeps_its_angular_momentum(method: TimeIntegration) -> None:
+    """Of any shape and place, in a short step: Euler's I w' = -w x (I w) in the body's frame."""
+    moments, spin, size = np.array([2.0, 5.0, 7.0]), np.array([0.5, -1.0, 1.5]), 1e-3
+    rotation = rotation_by(np.array([0.3, -0.5, 0.8]))
+    body = BodyInertia(3.0, moments, np.zeros(3), spin)
+    body.begin(FREE, FREE, rotation, size)
+    euler = np.array([-2.0 * -1.5, 5.0 * 0.75, -3.0 * -0.5])  # (I_y - I_z) w_y w_z, ...
+    np.testing.assert_allclose(moments * body.motion.acceleration[3:], euler, rtol=1e-12)
+    momentum = rotation @ (moments * spin)
+    for _ in range(3):
+        _, rotation = moved(body, rotation, FREE, TimeStep(method, size))
+    after = rotation @ (moments * body.motion.velocity[3:])
+    np.testing.assert_allclose(after, momentum, rtol=0, atol=1e-6)

@@ -160,9 +160,13 @@ def test_energy_that_leaves_is_that_which_is_missing(turned: bool) -> None:
     assert abs(lost) < 0.02 * energies.start
 
 
-def staged(kind: str, base: str) -> Model:
-    """Gravity between rollers without inertia, then absorbing boundaries in their place."""
+def staged(kind: str, base: str, steps: int = 10, more: int = 0) -> Model:
+    """Gravity between rollers without inertia, then absorbing boundaries in their place.
+
+    more: steps of a third stage, which changes nothing.
+    """
     dim = 3 if kind == "3d" else 2
+    third = [{"name": "more", "schedule": {"end": 0.005 * more, "steps": more}}] if more else []
     upper = [1.5, 1.0] if dim == 2 else [1.0, 1.0, 1.0]
     faces = [("right", "x", upper[0])]
     faces += [("left", "x", 0.0)] if kind != "axisymmetric" else []
@@ -197,9 +201,10 @@ def staged(kind: str, base: str) -> Model:
             "boundaries": [*always, *before, *after],
             "stages": [
                 {"name": "gravity", "inertia": False, "schedule": {"end": 1.0, "steps": 2}},
-                {"name": "shaking", "schedule": {"end": 0.05, "steps": 10},
+                {"name": "shaking", "schedule": {"end": 0.05, "steps": steps},
                  "activate": [each["name"] for each in after],
                  "deactivate": [each["name"] for each in before]},
+                *third,
             ],
         }
     )  # fmt: skip
@@ -228,6 +233,18 @@ def test_absorbing_boundaries_keep_the_soil_at_rest(kind: str, base: str) -> Non
     moved = points.displacement[points.in_order] - settled
     assert np.abs(moved).max() < 1e-3 * np.abs(settled).max()
     assert analysis.simulation.warnings == []
+
+
+def test_the_forces_at_rest_are_taken_over_once() -> None:
+    """In a next stage, too: the soil's weight still rests on a base that absorbs."""
+    analysis = StagedAnalysis(staged("plane_strain", "absorbing", steps=1, more=2))
+    analysis.check()
+    *_, (_, result) = analysis.steps()
+    assert analysis.number == 2
+    weight = DENSITY * 9.81 * 1.5
+    assert abs(result.resultant("bottom")[1]) == pytest.approx(weight, rel=1e-3)
+    fall = 9.81 * 0.01  # velocity that it would have after this stage without what holds it
+    assert np.abs(analysis.simulation.points.motion[:, 0]).max() < 1e-3 * fall
 
 
 def test_a_record_is_integrated_exactly() -> None:

@@ -135,6 +135,22 @@ def test_derivative(dim: int, given: ContactLaw) -> None:
     assert len(states) >= (1 if given.bilateral[0] and np.isinf(given.cohesion[0]) else 2)
 
 
+def test_derivative_of_sliding_in_space() -> None:
+    """tau = mu p s_t / |s_t|: it grows with the pressure, and along the slip with nothing else."""
+    found = respond_to(law(friction=0.5), [-10.0, 6.0, 8.0])
+    along, half = np.array([0.6, 0.8]), 0.5  # direction, and strength over the trial's size
+    across = np.array([[0.64, -0.48], [-0.48, 0.36]])
+    expected = np.zeros((3, 3))
+    expected[0, 0] = E_N
+    expected[1:, 0] = -0.5 * along * E_N  # by s_n, which is -p
+    expected[1:, 1:] = half * across * E_T
+    np.testing.assert_allclose(found.derivative[0], expected, rtol=0, atol=1e-12)
+    flat = respond_to(law(friction=0.5), [-10.0, -8.0])
+    np.testing.assert_allclose(flat.derivative[0], [[E_N, 0.0], [0.5 * E_N, 0.0]], atol=1e-12)
+    stuck = respond_to(law(friction=0.5), [-10.0, 3.0, 0.0])
+    np.testing.assert_allclose(stuck.derivative[0], np.diag([E_N, E_T, E_T]), atol=1e-12)
+
+
 def test_a_slip_that_turns_round_sticks_first() -> None:
     given = law(friction=0.5)
     last = respond_to(given, [-10.0, 9.0]).slip

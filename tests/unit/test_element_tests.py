@@ -124,6 +124,19 @@ def test_undrained_tests_keep_volume_and_total_lateral_stress(direction: str) ->
         assert np.all(sign * np.diff(result["axial_strain"][sheared]) > 0.0)
 
 
+@pytest.mark.parametrize("drainage", ["drained", "undrained"])
+def test_the_deviator_is_positive_in_compression_and_negative_in_extension(drainage: str) -> None:
+    """q = sigma_a - sigma_r, so that a drained test follows dq = 3 dp in both directions."""
+    for direction, sign in (("compression", 1.0), ("extension", -1.0)):
+        result = made(triaxial(drainage=drainage, direction=direction))
+        np.testing.assert_allclose(
+            result["q"], result["stress_yy"] - result["stress_xx"], rtol=1e-12, atol=1e-9
+        )
+        assert np.all(sign * result["q"][1:] > 0.0)
+        if drainage == "drained":
+            np.testing.assert_allclose(result["q"], 3.0 * (result["p"] - 100.0), atol=1e-6)
+
+
 def test_undrained_simple_shear_keeps_the_total_vertical_stress() -> None:
     test = {"type": "simple_shear", "drainage": "undrained", "shear_strain": [0.3, -0.1]}
     result = made(test)

@@ -191,6 +191,8 @@ def test_tables_have_all_digits_and_units(tmp_path: Path, dim: int, kind: str) -
     np.testing.assert_array_equal(
         numbers(pipe, "shear_stress_y [Pa]"), contact.fields["shear_stress"][:, 1]
     )
+    for name, unit in (("normal_stress", "Pa"), ("gap", "m")):
+        np.testing.assert_array_equal(numbers(pipe, f"{name} [{unit}]"), contact.fields[name])
     np.testing.assert_array_equal(numbers(pipe, "sliding"), contact.fields["sliding"])
     for shape in results.snapshot(1).surfaces:
         (file,) = (tmp_path / "out").glob(f"surface_{shape.name[:3]}*_0001.csv")

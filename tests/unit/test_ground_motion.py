@@ -12,6 +12,8 @@ import pytest
 from tilth import BadInput, Model, check, load_case, resume, run
 from tilth.analysis.staged import StagedAnalysis
 from tilth.output.history import read_history
+from tilth.report.energies import _STYLES as ENERGY_STYLES
+from tilth.report.energies import draw_energies, energy_table
 
 RECORD = "time,x\n0,0\n0.01,1\n0.02,-1\n0.03,-1\n0.04,1\n0.05,0\n"
 
@@ -258,6 +260,24 @@ def test_the_report_has_the_balance_of_the_energies(tmp_path: Path) -> None:
     assert "<h2>Energies</h2>" in page
     assert "left through absorbing boundaries" in page
     assert "energy after the last step [N m/m]" in page
+
+
+def test_the_picture_of_the_energies_has_the_share_of_what_is_numerical() -> None:
+    """In per cent of the energy at the start and the work since then, here 50 J and 150 J."""
+    table = {f"{kind} [J]": np.zeros(3) for kind in ("external_work", *ENERGY_STYLES)}
+    table |= {
+        "time": np.array([0.0, 1.0, 2.0]),
+        "external_work [J]": np.array([0.0, 100.0, 150.0]),
+        "kinetic [J]": np.array([50.0, 140.0, 196.0]),
+        "numerical_dissipation [J]": np.array([0.0, 10.0, 4.0]),
+    }
+    figure = draw_energies(table, "s")
+    assert figure is not None
+    left, right = figure.axes
+    np.testing.assert_allclose(left.lines[0].get_ydata(), [50.0, 150.0, 200.0])
+    np.testing.assert_allclose(right.lines[0].get_ydata(), [0.0, 5.0, 2.0])
+    assert "%" in right.get_ylabel()
+    assert "<th>numerical</th><td>4</td><td>2 %</td>" in energy_table(table)
 
 
 @pytest.mark.parametrize("part", [None, [0.0, 0.5]])

@@ -67,6 +67,7 @@ def test_a_caller_who_changes_an_array_does_not_change_the_results(unfinished: P
 
 def test_what_is_not_there_is_refused(unfinished: Path, tmp_path: Path) -> None:
     run = tilth.open(unfinished)
+    count = len(run.times)
     (tmp_path / "file").write_text("")
     for ask, said in (
         (lambda: tilth.open(tmp_path), "there is no results.vtkhdf"),
@@ -74,6 +75,8 @@ def test_what_is_not_there_is_refused(unfinished: Path, tmp_path: Path) -> None:
         (lambda: tilth.open(tmp_path / "file"), "is a file"),
         (lambda: run.points(0.123), "choose from 0, "),
         (lambda: run.points(index=99), "give a number from 0 to"),
+        (lambda: run.points(index=count), f"give a number from 0 to {count - 1}"),
+        (lambda: run.points(index=-count - 1), f"give a number from 0 to {count - 1}"),
         (lambda: run.points(0.5, index=0), "give one of them"),
         (lambda: run.field("cauchy_stres"), "did you mean cauchy_stress"),
         (lambda: run.history["heights"], "did you mean height"),
@@ -81,6 +84,8 @@ def test_what_is_not_there_is_refused(unfinished: Path, tmp_path: Path) -> None:
         with pytest.raises(tilth.BadInput) as error:
             ask()
         assert said in str(error.value)
+    np.testing.assert_array_equal(run.points(index=-count), run.points(index=0))
+    np.testing.assert_array_equal(run.points(index=count - 1), run.points(index=-1))
 
 
 def test_tables_and_pictures(unfinished: Path) -> None:

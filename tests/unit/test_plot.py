@@ -38,11 +38,17 @@ def test_a_field_and_curves_are_written(tmp_path: Path) -> None:
     for ending in ("svg", "pdf", "png"):
         save_figure(figure, tmp_path / f"x.{ending}")
         assert (tmp_path / f"x.{ending}").stat().st_size > 1000
-    other = run_at(tmp_path / "b", 2)
-    axes = curve_figure([run, other], "settlement", "load [N]").axes[0]
+
+
+def test_curves_have_their_columns_and_names(tmp_path: Path) -> None:
+    runs = [run_at(tmp_path / name, 2) for name in "ab"]
+    axes = curve_figure(runs, "settlement", "load [N]").axes[0]
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("settlement [m]", "load [N]")
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["a", "b"]
     np.testing.assert_array_equal(axes.lines[1].get_ydata(), [0.0, 10.0, 20.0])
+    alone = curve_figure(runs[0], "settlement", "load [N]").axes[0]
+    assert (alone.get_xlabel(), alone.get_ylabel()) == ("settlement [m]", "load [N]")
+    np.testing.assert_array_equal(alone.lines[0].get_xdata(), [0.0, 0.1, 0.2])
 
 
 def test_what_is_not_there_is_refused_with_what_is_near(tmp_path: Path) -> None:

@@ -98,6 +98,11 @@ def test_a_plane_cuts_triangles_into_segments() -> None:
     (segment,) = cut_triangles(Plane.of("z=1"), corner)
     assert sorted(segment.tolist()) == [[0.0, 0.0], [1.0, 0.0]]
     assert len(cut_triangles(Plane.of("z=3"), corner)) == 0
+    turned = [np.roll(corner, turn, axis=1) for turn in range(3)]
+    for height in (0.5, 1.5):  # the sides meet it at unequal distances from their ends
+        for each in turned:
+            (segment,) = cut_triangles(Plane.of(f"z={height}"), each)
+            assert sorted(segment.tolist()) == [[0.0, 0.0], [2.0 - height, 0.0]]
 
 
 @pytest.mark.parametrize("text", ["q=1", "x=nan", "x", "0,0:1,0,0", "0,0,0:0,0,0", "0,0,0:1,1"])

@@ -135,6 +135,8 @@ def test_outcomes_of_a_history(tmp_path: Path) -> None:
     assert of(take="largest") == 10.0
     assert of(take="smallest") == 0.0
     assert of(at_time=0.25) == 5.0
+    assert of(at_time=0.125) == 2.5  # nearer to the first of two rows
+    assert of(at_time=0.875) == 8.5  # nearer to the second
     assert of(at=Place(column="settlement [m]", value=0.25)) == 9.0
     assert of(at=Place(column="settlement", value=0.1)) == 10.0
     with pytest.raises(BadInput, match=r"never reaches 0\.5: it lies between 0 and 0\.4"):

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The work of boundaries in the steps of a run is what an elastic body stores."""
+"""The work of boundaries in a run is what an elastic body stores; friction takes its part."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from itertools import pairwise
 from typing import Any
 
 import pytest
+from contact_terms import DRIVEN, pressed
 from implicit_blocks import flat, implicit
 from small_problems import block_entries, plane
 
@@ -52,3 +53,10 @@ def test_work_of_a_moved_plane_is_stored(cell: float) -> None:
 def test_work_of_a_wall_on_nodes_that_others_hold_is_stored(cell: float) -> None:
     """What holds the other nodes of the wall's cells bears a part of its force, from its start."""
     assert abs(error(BETWEEN, 16, cell)) < 1e-3
+
+
+@pytest.mark.parametrize("law", ["bonded", "glued", "smooth", "friction"])
+def test_only_sliding_against_friction_dissipates(law: str) -> None:
+    """What sticks gives its work back, and what is smooth takes none."""
+    work = pressed("plane_strain", law, DRIVEN).advance(0.0, 0.25).friction_work
+    assert work > 0.0 if law == "friction" else work == 0.0

@@ -59,31 +59,30 @@ def _long(problem: str, quantity: str, error: float) -> Missed:
 
 
 TIP = "largest distance of the tip over the length"
-RATE = "turned by 30 degrees, 16 to 32 cells"
-DEEPEST = "deepest point behind the block's face"
+OVER_HEIGHT = "RMS distance of the points over the height"
 MOMENT = "its moment against the weight's, relative"
+DEEPEST = "deepest point behind the block's face"
+FOLLOWS = "the same with a grid that follows the edge"
+RATE = "convergence rate, %s, turned by 30 degrees"
+SPREAD = "spread of P / c over"
 APART = "force at * m, the farthest apart from 0.1 D on, rough"
 ROUGHNESS = "RMS of the second difference of the force over its mean"
-SPREAD = "spread of P / c over"
 
 MISSED = (
     Missed("end_loaded_cantilever", f"{TIP}, h 0.25 m, turned by 30 degrees", 0.00507459),
     Missed("end_loaded_cantilever", f"{TIP}, h 0.25 m, turned by 45 degrees", 0.00528195),
-    _long("end_loaded_cantilever", f"{TIP}, h 0.125 m, grid shifted by 0.37 cells", 0.000357676),
-    _long(
-        "collapse",
-        "RMS distance of the points over the height, h 0.5 m, turned by 45 degrees",
-        0.0168,
-    ),
-    _long("collapse", "largest RMS distance of a turned copy, h 1 over 0.5 m", 0.406),
+    _long("end_loaded_cantilever", f"{TIP}, h 0.125 m, grid shifted by 0.37 cells", 3.57676e-4),
+    _long("collapse", f"{OVER_HEIGHT}, h 0.5 m, turned by 45 degrees", 0.0167408),
+    _long("collapse", "largest RMS distance of a turned copy, h 1 over 0.5 m", 0.403302),
     Missed("cube_on_inclined_plane", f"{MOMENT}, linear", 4.07621e-5),
     Missed("cube_on_inclined_plane", f"{MOMENT}, gimp", 1.70289e-5),
     _short("rigid_footing_elastic", f"{DEEPEST}, h 0.1 m, in cells", 0.151840),
-    _short(
-        "rigid_footing_elastic", "the same with a grid that follows the edge, h 0.2 m", 2.97210e-6
-    ),
-    _short("inclined_column", f"convergence rate, cpdi1, {RATE}", 0.00784230),
-    _short("inclined_column", f"convergence rate, cpdi2, {RATE}", 0.167854),
+    _short("rigid_footing_elastic", f"{FOLLOWS}, h 0.2 m", 2.97210e-6),
+    _long("rigid_footing_elastic", f"{FOLLOWS}, h 0.1 m", 1.55903e-6),
+    _short("inclined_column", f"{RATE % 'cpdi1'}, 16 to 32 cells", 0.00784230),
+    _short("inclined_column", f"{RATE % 'cpdi2'}, 16 to 32 cells", 0.167854),
+    _long("inclined_column", f"{RATE % 'cpdi1'}, 16 to 64 cells", 0.0591305),
+    _long("inclined_column", f"{RATE % 'cpdi2'}, 16 to 64 cells", 0.139482),
     _long("strip_footing", f"{SPREAD} 10 positions of the edge in its cell, h 0.1 m", 0.121451),
     _long("square_footing", f"{SPREAD} four positions of the edge in its cell, h 0.25 m", 0.475090),
     _long("square_footing", f"{SPREAD} four positions of the edge in its cell, h 0.125 m", 0.24),
@@ -91,8 +90,10 @@ MISSED = (
     Missed("pressurised_ring", "its spread along the face, plane strain, 5 cells", 0.0110037),
     _short("rigid_sphere", f"{APART}, h D/8 and D/12", 0.202725),
     _long("rigid_sphere", f"{APART}, h D/8 and D/20", 0.200875),
+    _long("rigid_sphere", f"{ROUGHNESS}, 3D, h D/10", 0.013),
     Missed("cone_penetration", f"{ROUGHNESS}, axisymmetric", 0.0152968),
-    _long("cone_penetration", f"{ROUGHNESS}, 3D", 0.019),
+    _long("cone_penetration", f"{ROUGHNESS}, 3D", 0.0207119),
+    _long("cone_penetration", "force at * m, the farthest apart, 3D and axisymmetric", 0.158933),
 )
 """In the order of the problems; decision 18 says why."""
 
@@ -131,9 +132,13 @@ def gone(
 ) -> list[str]:
     """Returns a sentence for each entry that no row has any more.
 
+    None if an analysis has failed, after which there are no more rows.
+
     rows: all rows that `tilth verify` has of a problem. long: with `--long`.
     """
     quantities = [row.comparison.quantity for row in rows]
+    if any(quantity.startswith("finished: ") for quantity in quantities):
+        return []
     return [
         f"no row of problem {problem} is called {entry.quantity!r} any more: take it from the list "
         f"{LIST} and from the table of decision 18, or correct its name"

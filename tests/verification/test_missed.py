@@ -5,14 +5,16 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from missed import MARGIN, MISSED, Missed, failures, gone
 
+from tilth.errors import AnalysisFailed
 from tilth.verification.comparison import Comparison
 from tilth.verification.problems import PROBLEMS
-from tilth.verification.run import Row
+from tilth.verification.run import Row, verified
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -94,6 +96,21 @@ def test_names_that_no_row_has_are_reported_of_complete_runs() -> None:
 def test_names_are_expected_of_the_runs_that_have_them(long: bool) -> None:
     assert len(gone("pile", [], long=long, missed=LISTED)) == (1 if long else 2)
     assert len(gone("wall", [], long=long, missed=LISTED)) == (1 if long else 0)
+
+
+def test_an_analysis_that_fails_is_a_failure_and_nothing_more(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """No row after it is reported as gone."""
+
+    def comparisons(long: bool) -> Iterator[Comparison]:
+        yield row("settlement", 0.0).comparison
+        raise AnalysisFailed("no equilibrium")
+
+    monkeypatch.setitem(PROBLEMS, "pile", comparisons)
+    rows = list(verified(["pile"], long=False))
+    (found,) = failures("pile", rows, LISTED) + gone("pile", rows, long=False, missed=LISTED)
+    assert "no equilibrium" in found
 
 
 def stored_rows(problem: str) -> list[Row]:
