@@ -13,7 +13,7 @@ from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.model import Model
 from tilth.terms.balance import Balance
-from tilth.terms.stiffness_damping import StiffnessDamping
+from tilth.terms.stiffness_damping import AssembledStiffnessDamping, StiffnessDamping
 
 LENGTH, SPEED, DENSITY = 1.0, 100.0, 1e3
 PERIOD = 4.0 * LENGTH / SPEED
@@ -61,6 +61,21 @@ def test_a_rotation_is_not_damped(kind: str) -> None:
     strain = 0.4 * position
     largest = np.abs(term.force(strain)).max()
     assert np.abs(term.force(rotation)).max() < 1e-12 * largest
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_stretch_is_resisted_by_its_rate(kind: str) -> None:
+    """The work of a small uniform stretch e along the last axis is (factor / h) M e^2 V."""
+    laboratory = Laboratory.of(kind, "gimp", "hencky_elastic", np.random.default_rng(4))
+    points, active, strain = laboratory.points, laboratory.active, 1e-6
+    moduli, u = points.elastic_moduli(), np.zeros(active.position.shape)
+    u[:, -1] = strain * active.position[:, -1]
+    constrained = (moduli.bulk + 4.0 / 3.0 * moduli.shear) @ points.volume
+    for factor, size in ((0.02, 0.1), (0.02, 0.025), (0.5, 4.0)):
+        (term,) = Balance(active, [StiffnessDamping(laboratory.soil, factor, size)]).terms
+        assert isinstance(term, AssembledStiffnessDamping)
+        expected = factor / size * constrained * strain**2
+        assert term.damping_work(u) == pytest.approx(expected, rel=1e-5)
 
 
 def bar(damping: dict[str, float], cells: int = 10, steps: int = 80) -> Simulation:

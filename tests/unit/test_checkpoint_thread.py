@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 from resumed_runs import assert_same_results, entries_of
+from small_problems import block_entries, rollers
 
 import tilth.analysis.recorder
 import tilth.output.checkpoint_thread
@@ -243,3 +244,14 @@ def test_large_states_are_not_copied(
     run(model, tmp_path / "out", quiet=True)
     assert ("checkpoint" in threads) == (largest > 0)
     assert_same_results(uninterrupted, tmp_path / "out")
+
+
+@pytest.mark.parametrize("every", [2, 10])
+def test_the_last_checkpoint_is_that_of_the_end(every: int, tmp_path: Path) -> None:
+    """Also where the number of steps is no multiple of `checkpoint_every`."""
+    entries = block_entries("plane_strain", "linear", cells=1, boundaries=rollers("plane_strain"))
+    entries["schedule"] = {"steps": 3}
+    entries["output"] = {"report": False, "checkpoint_every": every}
+    run(Model.from_dict(entries), tmp_path / "out", quiet=True)
+    _, progress = read_checkpoint(tmp_path / "out" / CHECKPOINT)
+    assert (progress["clock"]["step"], progress["clock"]["time"]) == (3, 1.0)

@@ -86,6 +86,20 @@ def test_given_stress_is_that_of_the_points(kind: str) -> None:
     assert (points.elastic_deformation[:, :3] != 0.0).all()
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_table_gives_the_stress_along_the_last_axis(kind: str) -> None:
+    """The vertical stress grows with depth, and both horizontal ones are K0 times it."""
+    entries, up = block_entries(kind, "linear"), dimension(kind) - 1
+    pressure = {"depth": [[0.0, 10.0], [2.0, 50.0]], "surface": 2.0}
+    table = {"type": "table", "body": "block", "vertical_pressure": pressure, "K0": 0.5}
+    entries["initial"] = {"stress": [table], "equilibrium": False}
+    points = initial_points(Model.from_dict(entries))
+    expected = np.zeros((len(points), 6))
+    expected[:, up] = -10.0 - 20.0 * (2.0 - points.position[:, up])
+    expected[:, [axis for axis in range(3) if axis != up]] = 0.5 * expected[:, [up]]
+    np.testing.assert_allclose(points.stress, expected, rtol=1e-12)
+
+
 def test_no_stress_is_refused_where_a_law_needs_one() -> None:
     entries = block_entries("plane_strain", "linear", "modified_cam_clay")
     del entries["initial"]

@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from tilth import ModifiedCamClay
 from tilth.errors import BadInput
 from tilth.model import AffineBoundary, Model, NodeBoundary, PlaneBoundary, Track
 
@@ -227,3 +228,12 @@ def test_tracked_quantities_take_their_own_keys(track: dict[str, Any], key: str)
     with pytest.raises(BadInput) as caught:
         Track(**{"name": "t", **track})
     assert caught.value.key == f"Track.{key}"
+
+
+def test_a_swelling_index_above_the_compression_index_is_named() -> None:
+    given = {"critical_state_slope": 1.0, "shear_modulus": 1e3, "overconsolidation_ratio": 1.5}
+    with pytest.raises(BadInput) as error:
+        ModifiedCamClay(compression_index=0.1, swelling_index=0.2, **given)
+    (problem,) = error.value.problems
+    assert (problem.key, problem.value) == ("ModifiedCamClay.swelling_index", 0.2)
+    assert "must be smaller than `compression_index` (0.1)" in str(error.value)

@@ -11,6 +11,7 @@ import pytest
 
 from tilth import BadInput, VonMises
 from tilth.arrays import Floats
+from tilth.fields import random_field
 from tilth.fields.evaluate import parameter_values
 from tilth.fields.random_field import random_values, standard_normal
 from tilth.model import RandomField
@@ -184,6 +185,19 @@ def test_youngs_modulus_by_the_initial_stress() -> None:
         parameter_values(material, position, "materials.sand")
     with pytest.raises(BadInput, match=r"young_modulus = 0.0: must be greater than zero"):
         parameter_values(material, position, "materials.sand", np.zeros((2, 6)))
+
+
+@pytest.mark.parametrize("distribution", ["normal", "lognormal"])
+def test_moments_of_a_random_field(distribution: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Mean and standard deviation by Gauss-Hermite integration over the standard normal field."""
+    normal, weight = np.polynomial.hermite_e.hermegauss(20)
+    weight /= weight.sum()
+    monkeypatch.setattr(random_field, "standard_normal", lambda *_: normal)
+    declared = RandomField(**{**RANDOM, "distribution": distribution})
+    found = random_values(declared, np.zeros((len(normal), 2)), "random")
+    mean = weight @ found
+    assert mean == pytest.approx(20.0, rel=1e-10)
+    assert np.sqrt(weight @ (found - mean) ** 2) == pytest.approx(0.3 * 20.0, rel=1e-10)
 
 
 @pytest.mark.slow

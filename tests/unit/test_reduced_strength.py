@@ -5,18 +5,23 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from small_problems import block_entries
 
 from tilth import (
     DruckerPrager,
     HenckyElastic,
+    Model,
     ModifiedCamClay,
     MohrCoulomb,
     Tresca,
     VonMises,
     _core,
 )
+from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.model.isotropic import AnyMaterial, ParametersAt
+from tilth.mpm.frozen_points import FrozenPoints
+from tilth.mpm.initial_stress import require_within_yield
 
 FACTORS = (0.5, 1.0, 1.7, 4.0)
 C, PHI, PSI = 12.0, 30.0, 8.0
@@ -178,3 +183,23 @@ def test_stiffened_laws_have_the_same_stress_at_smaller_strains(fluid: float | N
             results.append((stress, elastic * divisor, tangent / divisor))
         for one, other in zip(*results, strict=True):
             np.testing.assert_allclose(other, one, rtol=1e-9, atol=1e-9 * np.abs(one).max())
+
+
+def test_frozen_points_have_softened_as_far() -> None:
+    """Soil in the middle of its softening: the frozen copy carries the same stress and no less."""
+    entries = block_entries("plane_strain", "gimp")
+    entries["materials"]["soil"] = {
+        "model": "mohr_coulomb", **FRICTION, "density": 1.0, "residual_cohesion": 2.0,
+        "softening_strain": 0.05, "softening_length": 1.0,
+    }  # fmt: skip
+    model = Model.from_dict(entries)
+    points = Simulation(model).points
+    points.plastic[:, 0] = np.linspace(0.0, 0.04, len(points))
+    beyond = np.tile([-10.0, -200.0, -30.0, 5.0, 0.0, 0.0], (len(points), 1))
+    assert points.part(points.bodies[0]).start_with(beyond) < 0
+    frozen = FrozenPoints(model, points, 100.0).points
+    for each in (points, frozen):
+        require_within_yield(each.part(each.bodies[0]), "soil", returned=True)
+    assert (np.abs(points.stress - beyond).max(axis=1) > 10.0).all()
+    np.testing.assert_allclose(frozen.stress, points.stress, rtol=0, atol=1e-7)
+    np.testing.assert_allclose(frozen.elastic_strain * 100.0, points.elastic_strain, atol=1e-9)

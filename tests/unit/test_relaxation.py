@@ -104,6 +104,22 @@ def test_soil_at_rest_is_in_the_equilibrium_of_its_load(
     assert not simulation.points.motion.any()
 
 
+def test_the_damping_is_critical_for_the_slowest_shear_wave() -> None:
+    """That of a layer of the greatest extent L, fixed at one side: 2 omega = pi c / L."""
+    entries = block_entries("plane_strain", "gimp", boundaries=rollers("plane_strain"))
+    entries["bodies"][0]["shape"] |= {"upper": [1.0, 3.0]}
+    material = {"young_modulus": 5e3, "poisson_ratio": 0.25, "density": 1.6}
+    entries["materials"]["soil"] = material_entries("hencky_elastic", **material)
+    entries["analysis"] |= RELAX
+    simulation = Simulation(Model.from_dict(entries))
+    relaxation = simulation.relaxation
+    assert relaxation is not None
+    relaxation.start(simulation, 0.0)
+    speed = np.sqrt(5e3 / 2.5 / 1.6)
+    assert relaxation.size == pytest.approx(3.0 / speed)
+    assert relaxation.damping == pytest.approx(2.0 * 0.5 * np.pi * speed / 3.0)
+
+
 @pytest.mark.parametrize("motion", [{"force": {"y": -4.0}}, {"displacement": {"y": -0.02}}])
 def test_a_rigid_body_comes_to_rest_with_the_soil(
     motion: dict[str, Any], request: pytest.FixtureRequest

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm, polar
 from scipy.spatial.transform import Rotation
-from small_problems import KINDS, dimension, parameters, tensor
+from small_problems import KINDS, Laboratory, block_entries, dimension, parameters, tensor
 
 from tilth import _core
 from tilth.arrays import Floats
@@ -144,6 +144,22 @@ def test_stretch_rules_are_the_polar_decomposition(kind: str, degrees: float) ->
     )
     left = polar(gradient, side="left")[1]
     np.testing.assert_allclose(stretched(kind, "left_stretch", gradient), np.diag(left), rtol=1e-12)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_faces_of_domains_move_with_the_grid(kind: str) -> None:
+    """The rule `corners`: a stretch along the axes is exact, and shear does not change domains."""
+    (body,) = block_entries(kind, "gimp")["bodies"]
+    bodies = [body | {"domain_update": "corners"}]
+    random = np.random.default_rng(2)
+    laboratory = Laboratory.of(kind, "gimp", "hencky_elastic", random, bodies=bodies)
+    dim, points = dimension(kind), laboratory.points
+    before, number = points.half_length.copy(), points.point_id.copy()
+    gradient = np.diag([1.15, 0.9, 1.05][:dim])
+    gradient[-1, 0] = 0.1
+    laboratory.step(laboratory.active.position @ (gradient - np.eye(dim)).T)
+    after = points.half_length[points.index_of(number)]
+    np.testing.assert_allclose(after / before, np.tile(np.diag(gradient), (len(points), 1)))
 
 
 def test_names_of_unknown_rules_and_kinds_are_refused() -> None:
