@@ -4,6 +4,7 @@
 import os
 import signal
 from collections.abc import Generator, Iterator
+from typing import Any
 
 import pytest
 
@@ -26,6 +27,29 @@ FAST = "not slow and not long"
 REST = f"""{os.linesep}This was the fast part. The others:
   pytest -m 'slow and not long'  about 10 minutes on two cores
   pytest -m long                 fine grids and long runs, hours"""
+
+
+SHARING = {
+    "tests/test_manual.py",
+    "tests/test_tutorial.py",
+    "tests/unit/test_safety_stages.py",
+    "tests/unit/test_stage_report.py",
+    "tests/unit/test_stage_resume.py",
+}
+"""Files whose tests look at runs that take long: one process runs all of a file."""
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Gives tests to processes one by one, those of a file in `SHARING` together."""
+    from xdist.scheduler import LoadScopeScheduling
+
+    class Scheduling(LoadScopeScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            file = nodeid.partition("::")[0]
+            return file if file in SHARING else nodeid
+
+    return Scheduling(config, log)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

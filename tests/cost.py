@@ -19,7 +19,6 @@ import argparse
 import fnmatch
 import json
 import os
-import re
 import resource
 import sys
 from collections import Counter
@@ -38,8 +37,6 @@ else:
 BUDGET = Path(__file__).with_name("budget.toml")
 TOLERATED = 4.0 / 3.0
 """Processor time of a part over its budget that fails."""
-GROUP = re.compile(r"@\w+$")
-"""What xdist adds to the node ids of tests that share a process."""
 FACTOR = "TILTH_BUDGET_FACTOR"
 """Environment variable: all budgets times this number, for slower machines."""
 WORKERS = "starting pytest, finding tests"
@@ -155,7 +152,7 @@ class Costs:
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Takes the cost of a test that has ended."""
         if (seconds := getattr(report, "processor_seconds", None)) is not None:
-            self.of_tests[GROUP.sub("", report.nodeid)] = seconds
+            self.of_tests[report.nodeid] = seconds
 
     @pytest.hookimpl(optionalhook=True)
     def pytest_testnodedown(self, node: Any) -> None:

@@ -44,9 +44,6 @@ class Document(HTMLParser):
             self.links.append(address)
 
 
-pytestmark = pytest.mark.xdist_group("manual")  # they share what takes long
-
-
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("manual") / "site"

@@ -19,9 +19,6 @@ WIDTH_TIMES_STRENGTH = 2.0 * 20.0
 """Of the footing, 2 m x 20 kPa [kN/m]; the limit load is 2 + pi times as large (Prandtl)."""
 
 
-pytestmark = pytest.mark.xdist_group("tutorial")  # they share what takes long
-
-
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Where all the shell blocks of the tutorial have been run."""

@@ -18,7 +18,7 @@ from tilth.report.setup_file import read_staged_setup
 from tilth.report.stage_marks import first_outputs
 from tilth.report.stage_pages import draw_stages
 
-pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("safety_stages")]  # they share runs
+pytestmark = pytest.mark.slow
 
 PRESSURE = 20.0
 STRENGTH = 14.0

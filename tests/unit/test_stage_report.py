@@ -50,9 +50,6 @@ def staged_setup(kind: str = "plane_strain") -> StagedSetup:
     return setup
 
 
-pytestmark = pytest.mark.xdist_group("stage_report")  # they share what takes long
-
-
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of a complete run."""

@@ -20,7 +20,7 @@ from tilth import BadInput, Model, resume, run
 from tilth.cli import run_command
 from tilth.output import read_checkpoint, read_results, write_checkpoint
 
-pytestmark = [pytest.mark.slow, pytest.mark.xdist_group("stage_resume")]  # they share runs
+pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
