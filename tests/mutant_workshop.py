@@ -30,7 +30,7 @@ PETSC = "tests/unit/test_petsc.py"
 """Tests that need petsc4py in the Python that runs them: that of several processes."""
 
 OPTIMISATION = "-O2"
-"""Of the core's build. With -O1 GCC 12 makes a wrong stiffness in 3D on machines with AVX-512."""
+"""Of the core's build. With -O1 GCC 12 makes a wrong stiffness in 3D."""
 
 PATIENCE = 10.0
 """Wall-clock time over processor time from which on tests hang: they may wait for a message."""
