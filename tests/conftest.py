@@ -28,7 +28,6 @@ REST = f"""{os.linesep}This was the fast part. The others:
   pytest -m 'slow and not long'  about 10 minutes on two cores
   pytest -m long                 fine grids and long runs, hours"""
 
-
 SHARING = {
     "tests/test_manual.py",
     "tests/test_tutorial.py",
@@ -61,10 +60,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 def pytest_sessionfinish(session: pytest.Session) -> Generator[None, None, None]:
     """Says after pytest's summary how to run what was left out."""
     yield
-    option, reporter = (
-        session.config.option,
-        session.config.pluginmanager.get_plugin("terminalreporter"),
-    )
+    config = session.config
+    option, reporter = config.option, config.pluginmanager.get_plugin("terminalreporter")
     if option.markexpr == FAST and not option.file_or_dir and reporter:
         reporter.write_line(REST)
 

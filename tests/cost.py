@@ -141,12 +141,14 @@ class Costs:
     Attributes:
         of_tests: node id -> processor seconds.
         of_workers: processor seconds of the processes that run tests, as far as they report.
+        spent: processor seconds by part, once all tests have ended and if there is a budget.
         failures: sentences on exceeded budgets.
     """
 
     def __init__(self) -> None:
         self.of_tests: dict[str, float] = {}
         self.of_workers = 0.0
+        self.spent: dict[str, float] = {}
         self.failures: list[str] = []
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
@@ -205,7 +207,8 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
     if file := config.getoption("--cost"):
         Path(file).write_text(json.dumps(costs.of_tests, indent=0), encoding="utf-8")
     if budget := config.getoption("--budget"):
-        costs.failures = verdicts(costs.by_part(config), parts(budget))
+        costs.spent = costs.by_part(config)
+        costs.failures = verdicts(costs.spent, parts(budget))
         if costs.failures and session.exitstatus == pytest.ExitCode.OK:
             session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
@@ -216,7 +219,7 @@ def pytest_terminal_summary(
     if budget := config.getoption("--budget"):
         costs = config.stash[COSTS]
         terminalreporter.write_sep("=", "processor time")
-        terminalreporter.write_line(table(costs.by_part(config), parts(budget)))
+        terminalreporter.write_line(table(costs.spent, parts(budget)))
         for sentence in costs.failures:
             terminalreporter.write_line(f"above its budget: {sentence}", red=True)
 

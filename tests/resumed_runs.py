@@ -110,7 +110,7 @@ class Stopped(Exception):
 
 def run_until(model: Model, folder: Path, step: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Runs and stops right after `step` is recorded."""
-    _stopped_after(step, monkeypatch, lambda: run(model, folder, quiet=True))
+    stopped_after(step, monkeypatch, lambda: run(model, folder, quiet=True))
 
 
 def run_in_pieces(
@@ -127,14 +127,15 @@ def run_in_pieces(
     count = cycle(threads)
     first, *others = steps
     start = partial(run, model, folder, threads=next(count), quiet=True)
-    _stopped_after(first, monkeypatch, start)
+    stopped_after(first, monkeypatch, start)
     for step in others:
         again = partial(resume, folder, threads=next(count), quiet=True)
-        _stopped_after(step, monkeypatch, again)
+        stopped_after(step, monkeypatch, again)
     return resume(folder, threads=next(count), quiet=True)
 
 
-def _stopped_after(step: int, monkeypatch: pytest.MonkeyPatch, start: Callable[[], object]) -> None:
+def stopped_after(step: int, monkeypatch: pytest.MonkeyPatch, start: Callable[[], object]) -> None:
+    """Starts a run, or goes on with one, and stops right after `step` is recorded."""
     record = Recorder.step
 
     def stop(self: Recorder, clock: Any, size: float, result: StepResult) -> None:

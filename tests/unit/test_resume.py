@@ -23,6 +23,7 @@ from resumed_runs import (
     entries_of,
     run_in_pieces,
     run_until,
+    stopped_after,
 )
 from small_problems import (
     BASES,
@@ -32,7 +33,6 @@ from small_problems import (
 
 import tilth.analysis.run
 from tilth import BadInput, Model, resume, run
-from tilth.analysis.recorder import Recorder
 from tilth.analysis.step_result import StepResult
 from tilth.cli import run_command
 from tilth.output import read_checkpoint, read_history, read_results, write_checkpoint
@@ -103,17 +103,7 @@ def test_resumed_twice_and_from_rare_checkpoints(
     run(model, tmp_path / "whole", quiet=True)
     run_until(model, tmp_path / "out", 5, monkeypatch)
     assert number_of_steps(tmp_path / "out") == 5
-    record = Recorder.step
-
-    def stop(self: Recorder, clock: Any, size: float, result: StepResult) -> None:
-        record(self, clock, size, result)
-        if clock.step == 7:
-            raise Stopped
-
-    with monkeypatch.context() as patch:
-        patch.setattr(Recorder, "step", stop)
-        with pytest.raises(Stopped):
-            resume(tmp_path / "out", quiet=True)
+    stopped_after(7, monkeypatch, lambda: resume(tmp_path / "out", quiet=True))
     resume(tmp_path / "out", quiet=True)
     assert_same_results(tmp_path / "whole", tmp_path / "out")
 
