@@ -224,7 +224,7 @@ class _Search:
                 still = Equilibrium(
                     zero, now.forces.load, reaction, reaction, [now.relative], now.unknowns
                 )
-                return result_of(step, balance, still), now.relative
+                return result_of(step, balance, still, simulation.kept_contact), now.relative
             share = self._share()
             unbalanced = np.where(constrained, 0.0, now.forces.residual)
             withheld.withheld = (1.0 - share) * unbalanced

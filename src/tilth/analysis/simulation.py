@@ -104,7 +104,7 @@ class Simulation:
         passage: remembers where soil was in front of the boundaries.
         is_forced: whether rigid bodies move freely.
         distribution: which points this process owns, of those of all processes.
-        kept_contact: the force of contact at the end of the last step; None without `inertia`.
+        kept_contact: the force of contact at the end of the last step.
         timers: time spent in basis, stress, assembly, solve and other.
         run_warnings: warnings of probable mistakes.
         round_off: residual that counts as zero [force].
@@ -125,7 +125,7 @@ class Simulation:
         self.kind = model.analysis.kind
         self.declared_dynamics = Dynamics.of(model)
         self.relaxation = Relaxation.of(model)
-        self.kept_contact = KeptContact.of(model)
+        self.kept_contact = KeptContact(model.dimension)
         self.boundaries = make_boundaries(model, self._time_step)
         self.implicit = make_implicit(model)
         self.bodies, surfaces = make_bodies(model, self._acceleration)

@@ -30,7 +30,7 @@ from tilth.output.folder import (
 )
 from tilth.output.history import Mark
 
-CHECKPOINT_FORMAT = 5
+CHECKPOINT_FORMAT = 6
 """Version of what a checkpoint contains."""
 
 _Seconds = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
@@ -70,6 +70,7 @@ class EnergySums(_Plain):
     friction: _Energy
     damping: _Energy
     radiated: _Energy
+    integration: _Energy
 
 
 class Progress(_Plain):

@@ -25,6 +25,7 @@ from tilth.boundaries.contact.between_bodies import BodyContact
 from tilth.boundaries.contact.constraint import Supports, select_by_gaps
 from tilth.boundaries.contact.law import ContactResponse
 from tilth.boundaries.contact.rigid_body import WEAK_SPRING, RigidBody
+from tilth.boundaries.contact.slip_work import SlipWork, slip_work
 from tilth.boundaries.contact.state import ContactState
 from tilth.errors import StepFailed
 from tilth.mpm.bordered_matrix import Border
@@ -466,13 +467,10 @@ class AssembledContact(GlobalUnknowns):
             _core.add_element_forces(elements, support.entry_force(support.before), nodal)
         return nodal
 
-    def friction_work(self) -> float:
-        """Returns the work that friction dissipates in the step [force length]."""
-        total = 0.0
-        for support, _, each in self._each():
-            along = np.einsum("ka,ka->k", each.response.traction[:, 1:], each.slip[:, 1:])
-            total += float((support.area * np.where(each.response.sliding, along, 0.0)).sum())
-        return total
+    def slip_work(self, normal_before: float | None) -> SlipWork:
+        """As `slip_work` of all supports."""
+        parts = [(support, each.slip, each.response) for support, _, each in self._each()]
+        return slip_work(parts, normal_before)
 
     def state(self, displacement: Floats) -> ContactState:
         """Returns pressures, shear tractions and gaps at the end of the step."""
