@@ -55,7 +55,7 @@ class KeptContact:
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns the arrays for a checkpoint."""
-        surfaces = {
+        surfaces: dict[str, npt.NDArray[Any]] = {
             "surfaces": np.frombuffer("\n".join(self.normal).encode(), dtype=np.uint8),
             "normal": np.array(list(self.normal.values()), dtype=np.float64),
         }

@@ -5,19 +5,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import product
 
 import numpy as np
 
 from tilth.arrays import Floats
 from tilth.boundaries import Boundary, Conditions, ImplicitConstraints
 from tilth.boundaries.implicit.boundary import Implicit
-from tilth.boundaries.implicit.passage import PASSAGE_TOLERANCE, depth_behind
+from tilth.boundaries.implicit.passage import PASSAGE_TOLERANCE, depth_behind, surface_behind
 from tilth.comm import Communicator
 from tilth.model import Model, PlaneBoundary
 from tilth.model.fields import AXES
 from tilth.mpm.grid import Grid
 from tilth.mpm.keys import lattice_keys
 from tilth.mpm.points import MaterialPoints
+from tilth.surface.protocol import BodySurface
 
 JUMP, NO_JUMP = 30.0, 0.01
 """Soil that moves so many times as far in a step as the boundaries that drive it, and by more than
@@ -238,10 +240,14 @@ class RunWarnings:
         self,
         boundaries: Sequence[Implicit],
         points: MaterialPoints,
+        surfaces: Mapping[str, BodySurface],
         time: float,
         grid: Grid,
     ) -> None:
-        """Soil behind implicit boundaries, again where it has become twice as deep."""
+        """Soil behind implicit boundaries, again where it has become twice as deep.
+
+        surfaces: tracked ones, by the names of their bodies.
+        """
         small = PASSAGE_TOLERANCE * float(grid.cell_size.min())
         for boundary in boundaries:
             depth = depth_behind(boundary, points, time, grid)
@@ -252,10 +258,24 @@ class RunWarnings:
                 f"material points are up to {depth:.3g} behind the boundary {boundary.name!r} at "
                 f"time {time:.6g}",
             )
+        vertices = {name: surface.shape().position for name, surface in surfaces.items()}
+        for name, boundary in product(vertices, boundaries):
+            depth = surface_behind(boundary, vertices[name], time, grid)
+            if depth > small:
+                self.note(
+                    _depth_key(f"surface of {name}, {boundary.name}", depth, small),
+                    f"the surface of the body {name!r} is up to {depth:.3g} "
+                    f"({depth / float(grid.cell_size.min()):.2g} of a cell) behind the boundary "
+                    f"{boundary.name!r} at time {time:.6g}: the soil is held at other places than "
+                    "it should be; compare a run with smaller cells, or in smaller steps",
+                )
 
     def known_depth(self, name: str, depth: float, grid: Grid) -> None:
-        """Leaves out the warning of `depths` for soil so deep [length] behind a boundary."""
-        self._said[_depth_key(name, depth, PASSAGE_TOLERANCE * float(grid.cell_size.min()))] = ""
+        """Leaves out the warnings of `depths` for soil up to so deep [length] behind a boundary."""
+        small = PASSAGE_TOLERANCE * float(grid.cell_size.min())
+        while depth > small:
+            self._said[_depth_key(name, depth, small)] = ""
+            depth *= 0.5
 
     def jump(
         self, moved: Floats, driven: float, points: MaterialPoints, cell_size: Floats, time: float
@@ -276,6 +296,18 @@ class RunWarnings:
                 "than the one that it followed; compare a run in smaller steps or with "
                 "predictor = true",
             )
+
+    def strayed(self, way: float, explained: float) -> None:
+        """A step whose motion neither its loads and boundaries nor its guess explain.
+
+        way: greatest motion of a node [length]. explained: what `attempts.explained_motion` allows.
+        """
+        self.note(
+            "strayed",
+            f"a node moves by {way:.3g} in a step whose loads and boundaries explain not more than "
+            f"{explained:.3g}, with the predictor and without it: the soil begins to slide or tip "
+            'by itself; smaller steps show how, and inertia or beyond_limit = "relax" where to',
+        )
 
 
 def _depth_key(name: str, depth: float, small: float) -> str:
