@@ -22,7 +22,7 @@ from tilth.fields.tables import place_text
 LINES = 4096
 """Vertical lines that are spread over a body in plan."""
 
-MOST_LINES = 20_000
+MOST_LINES = 4096
 """Vertical lines through single triangles or between nodes, at most."""
 
 PLASTIC = (0.7548776662466927, 0.5698402909980532)

@@ -135,13 +135,20 @@ def _unpaired(facet: Integers) -> Integers:
     turn = (facet.argmin(axis=1)[:, None] + np.arange(k)) % k
     turned = np.take_along_axis(facet, turn, axis=1)  # the least vertex first
     forward = facet[:, 0] < facet[:, 1] if k == 2 else turned[:, 1] < turned[:, -1]
-    back = np.roll(turned[:, ::-1], 1, axis=1)
-    key, number = np.unique(
-        turned if k == 2 else np.where(forward[:, None], turned, back), axis=0, return_inverse=True
-    )
+    alike = turned if k == 2 else np.where(forward[:, None], turned, _opposite(turned))
+    vertices = int(facet.max()) + 1
+    key = alike[:, 0] * vertices + alike[:, 1]
+    if k > 2:  # three vertices tell which facet it is; the numbers of their pairs fit in 64 bits
+        key = np.unique(key, return_inverse=True)[1].ravel() * vertices + alike[:, -1]
+    _, first, number = np.unique(key, return_index=True, return_inverse=True)
     net = np.bincount(number.ravel(), np.where(forward, 1.0, -1.0)).astype(np.int64)
-    backward = key[:, ::-1] if k == 2 else np.roll(key[:, ::-1], 1, axis=1)
-    return np.repeat(np.where(net[:, None] > 0, key, backward), np.abs(net), axis=0)
+    left = alike[first]
+    return np.repeat(np.where(net[:, None] > 0, left, _opposite(left)), np.abs(net), axis=0)
+
+
+def _opposite(facet: Integers) -> Integers:
+    """Returns facets (n, k) seen from the other side; of three vertices or more the first stays."""
+    return facet[:, ::-1] if facet.shape[1] == 2 else np.roll(facet[:, ::-1], 1, axis=1)
 
 
 def _elements_at(blocks: Sequence[Block], place: Floats) -> Iterator[str]:

@@ -27,15 +27,30 @@ def crossed_by_lines(corner: Floats, at: Floats) -> tuple[Integers, Integers, Fl
     Returns:
         Numbers of the lines and of the triangles, heights and signs as of `Crossed`, (k,) each.
     """
-    order = np.argsort(at[:, 0], kind="stable")
-    x = at[order, 0]
-    first = np.searchsorted(x, corner[..., 0].min(axis=1), side="left")
-    stop = np.searchsorted(x, corner[..., 0].max(axis=1), side="right")
-    found = [
-        (order[line[hit]], triangle[hit], height, sign)
-        for triangle, line in pairs(first, stop)
-        for hit, height, sign in [crossed(corner[triangle], at[order[line]])]
-    ]
+    low, high = corner[..., :2].min(axis=1), corner[..., :2].max(axis=1)
+    left, bottom = at.min(axis=0)
+    extent = np.ptp(at, axis=0) + np.finfo(np.float64).tiny
+    columns = max(int(np.sqrt(len(at))), 1)
+
+    def column_of(x: Floats) -> Integers:
+        share = np.clip((x - left) / extent[0], 0.0, 1.0)
+        return np.asarray(np.minimum((share * columns).astype(np.int64), columns - 1))
+
+    def key_of(column: Integers, y: Floats) -> Floats:
+        """Along each column in turn; 0.25 to 0.75 within it, as round-off must not leave it."""
+        return np.asarray(column + 0.25 + 0.5 * np.clip((y - bottom) / extent[1], -0.25, 1.25))
+
+    own = key_of(column_of(at[:, 0]), at[:, 1])
+    order = np.argsort(own, kind="stable")
+    ordered = own[order]
+    found = []
+    for triangle, column in pairs(column_of(low[:, 0]), column_of(high[:, 0]) + 1):
+        margin = 1e-12 * columns
+        first = np.searchsorted(ordered, key_of(column, low[triangle, 1]) - margin, side="left")
+        stop = np.searchsorted(ordered, key_of(column, high[triangle, 1]) + margin, side="right")
+        for row, line in pairs(first, stop):
+            hit, height, sign = crossed(corner[triangle[row]], at[order[line]])
+            found.append((order[line[hit]], triangle[row[hit]], height, sign))
     line, number, height, sign = (np.concatenate(each) for each in zip(*found, strict=True))
     return line, number, height, sign
 
