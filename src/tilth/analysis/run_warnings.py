@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import product
 
 import numpy as np
@@ -14,7 +14,8 @@ from tilth.boundaries import Boundary, Conditions, ImplicitConstraints
 from tilth.boundaries.implicit.boundary import Implicit
 from tilth.boundaries.implicit.passage import PASSAGE_TOLERANCE, depth_behind, surface_behind
 from tilth.comm import Communicator
-from tilth.model import Model, PlaneBoundary
+from tilth.fields.tables import place_text
+from tilth.model import Model, NodeBoundary, PlaneBoundary
 from tilth.model.fields import AXES
 from tilth.mpm.grid import Grid
 from tilth.mpm.keys import lattice_keys
@@ -33,6 +34,13 @@ HARDLY_MOVING = 1e-4
 
 FARTHEST_APART = 0.6
 """Mean distance of points in cells, above which there are fewer than two in a cell."""
+
+
+LEAST_DEPARTURE, FARTHEST_DEPARTURE = 0.1, 0.5
+"""Prescribed motion of nodes in cells from which on forces are wrong, and the material is lost."""
+
+ROUND_OFF = 1e-9
+"""Share of a cell that does not count."""
 
 
 class RunWarnings:
@@ -170,21 +178,34 @@ class RunWarnings:
                     )
 
     def departures(self, model: Model) -> None:
-        """Grid planes whose prescribed motion takes the material away from them."""
-        for boundary in model.boundaries:
-            if not isinstance(boundary, PlaneBoundary) or boundary.condition != "prescribed":
+        """Grid planes and nodes whose prescribed motion takes the material away from them."""
+        forces = any(each.quantity in ("reaction", "moment") for each in model.track)
+        least = LEAST_DEPARTURE if forces else FARTHEST_DEPARTURE
+        for i, boundary in enumerate(model.boundaries):
+            if not isinstance(boundary, PlaneBoundary | NodeBoundary):
                 continue
-            axis = AXES.index(boundary.axis)
-            value = boundary.prescribed(model.dimension).get(axis, 0.0)
-            farthest = max(abs(value * factor) for _, factor in model.load_curve(boundary).table)
-            if farthest > 0.5 * model.grid_axis(axis).size_at(boundary.at):
-                self.note(
-                    f"motion of {boundary.name}",
-                    f"boundary {boundary.name!r} moves by up to {farthest:g}, more than half a "
-                    f"cell, but it acts on the nodes at {boundary.axis} = {boundary.at:g} "
-                    "throughout: it loses the material that moves away from them; for a boundary "
-                    'that moves with the soil choose type = "implicit"',
+            if boundary.condition != "prescribed":
+                continue
+            far, cells, axis = max(_ways(boundary, model), default=(0.0, 0.0, ""), key=_in_cells)
+            if cells <= least * (1.0 + ROUND_OFF):
+                continue
+            if isinstance(boundary, PlaneBoundary):
+                where = f"nodes at {boundary.axis} = {boundary.at:g}"
+            else:
+                where = f"node at {place_text(np.asarray(boundary.at))}"
+            effect = "it loses the material that moves away from them"
+            if cells <= FARTHEST_DEPARTURE:
+                effect = (
+                    "the cells beside them are filled in part only, and tracked forces are wrong: "
+                    "by 3.5, 7 and 23 % on an elastic block at 0.1, 0.2 and 0.4 of a cell"
                 )
+            self.note(
+                f"motion of {boundary.name}",
+                f"boundaries[{i}].displacement: the boundary {boundary.name!r} moves by up to "
+                f"{far:g} along {axis}, {cells:.2g} of a cell, but it acts on the "
+                f"{where} throughout: {effect}; for a boundary that moves "
+                'with the soil choose type = "implicit"',
+            )
 
     def places(
         self,
@@ -308,6 +329,29 @@ class RunWarnings:
             f"{explained:.3g}, with the predictor and without it: the soil begins to slide or tip "
             'by itself; smaller steps show how, and inertia or beyond_limit = "relax" where to',
         )
+
+
+def _ways(
+    boundary: PlaneBoundary | NodeBoundary, model: Model
+) -> Iterator[tuple[float, float, str]]:
+    """Yields how far a motion takes soil away from nodes, [length] and in cells, and its axis."""
+    factor = max(abs(factor) for _, factor in model.load_curve(boundary).table)
+    for axis, value in boundary.prescribed(model.dimension).items():
+        name = AXES[axis]
+        if isinstance(boundary, NodeBoundary):
+            place = boundary.at[axis]
+        elif name == boundary.axis:
+            place = boundary.at
+        elif boundary.range is not None and name in boundary.range:
+            place = boundary.range[name][0]
+        else:
+            continue  # soil that moves along the whole plane stays on it
+        far = abs(value) * factor
+        yield far, far / model.grid_axis(axis).size_at(place), name
+
+
+def _in_cells(way: tuple[float, float, str]) -> float:
+    return way[1]
 
 
 def _depth_key(name: str, depth: float, small: float) -> str:
