@@ -119,9 +119,16 @@ def _differences(earlier: Model, model: Model, number: int) -> Iterator[tuple[st
         yield "water", "that there is water at all, with effective stresses in all outputs,"
     if earlier.output.deformation_gradient != model.output.deformation_gradient:
         yield "output.deformation_gradient", "`output.deformation_gradient`"
-    for one, other in zip(
-        earlier.of_stages[: number + 1], model.of_stages[: number + 1], strict=True
-    ):
+    before_first = [
+        each
+        for each in (earlier.of_stages[0].stage.initial, model.of_stages[0].stage.initial)
+        if each
+    ]
+    pairs = [
+        tuple(before_first),
+        *zip(earlier.of_stages[: number + 1], model.of_stages[: number + 1], strict=True),
+    ]
+    for one, other in pairs:
         before, after = _declared(one), _declared(other)
         for key in before:
             if before[key] != after[key]:

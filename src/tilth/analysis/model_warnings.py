@@ -75,7 +75,7 @@ def warnings_of(simulation: Simulation, in_advance: bool = False) -> Iterator[tu
 
 def _warnings_of(simulation: Simulation, in_advance: bool) -> Iterator[tuple[str, str]]:
     model, points = simulation.model, simulation.undeformed()
-    if model.stage.number == 0:  # later ones begin with stresses
+    if not model.stage.follows:  # others begin with stresses
         yield from _no_cause(model)
     yield from _overlaps(model, points)
     yield from _behind(simulation, in_advance)
@@ -407,7 +407,7 @@ def _something_changes(model: Model) -> bool:
     stage = model.stage.declared
     if model.stage.number == 0 and not model.initial.stress:
         return True
-    if stage is not None and model.stage.number > 0:
+    if stage is not None and model.stage.follows:
         changes = (
             stage.activate,
             stage.deactivate,

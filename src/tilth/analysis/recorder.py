@@ -224,7 +224,7 @@ class Recorder:
     def _log_stage(self) -> None:
         stage = self.simulation.model.stage
         if stage.name:
-            released = "" if stage.number == 0 else place_text(self.analysis.out_of_balance)
+            released = place_text(self.analysis.out_of_balance) if stage.releases else ""
             self.log.stage(stage.name, stage.start, released)
 
     def _header(self, active: ActiveGrid, threads: int, last_step: int) -> None:

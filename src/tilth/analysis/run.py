@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Literal
 
 from tilth import _core
 from tilth.analysis.from_stage import begin_from, stored_stage
-from tilth.analysis.initial_equilibrium import find_initial_equilibrium, has_initial_equilibrium
 from tilth.analysis.memory import memory_of, require_memory
 from tilth.analysis.memory_failures import memory_failures
 from tilth.analysis.recorder import Recorder
@@ -193,11 +192,10 @@ def run_steps(
             del setup  # it may have copies of the points
         if stored is not None:
             return (yield from _resumed(folder, until, used, warning, quiet, comm))
+        del simulation  # the first stage may have another one
+        start = analysis.begin()
         if comm.size > 1:
-            active = simulation.locate(0.0)
-        start = None
-        if has_initial_equilibrium(simulation.model):
-            start = find_initial_equilibrium(simulation)
+            active = analysis.simulation.locate(0.0)
         recorder = Recorder.start(folder, analysis, active, used, start, initial)
         del initial
         return (yield from _march(analysis, recorder, warning, quiet))

@@ -289,7 +289,7 @@ class Simulation:
             "last step": self._predictor,
             "axis": self.axis,
         }
-        if self.model.stage.number > 0:
+        if self.model.stage.releases:
             owners["released"] = self.released
         moving = self.declared_dynamics, self.relaxation, self.kept_contact
         named = zip(("dynamics", "relaxation", "contact force"), moving, strict=True)
@@ -487,7 +487,7 @@ class Simulation:
         terms += contact_terms(constraints.contacts, self.bodies, after, force, active.nodes)
         if self.water is not None:
             terms.append(WaterForces(self.water, self.loads, soil, before, after))
-        if self.model.stage.number > 0:
+        if self.model.stage.releases:
             terms.append(Release(self.released, active, before, after))
         if self.dynamics is not None:
             faces = self._ghost.faces
