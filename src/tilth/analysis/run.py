@@ -21,7 +21,7 @@ from tilth.analysis.stepping import Steps, exhausted, take_steps
 from tilth.analysis.stored_run import StoredRun
 from tilth.arrays import Floats
 from tilth.comm import SERIAL, Communicator, together
-from tilth.environment import available_cores
+from tilth.environment import available_cores, count_of
 from tilth.errors import AnalysisFailed, BadInput, TilthError
 from tilth.interrupt import StopSignals
 from tilth.memory_errors import is_memory_error, memory_sentence
@@ -287,8 +287,11 @@ def set_threads(threads: int | None, comm: Communicator = SERIAL) -> int:
     """Sets the number of threads of the kernels, all available cores if None; returns it.
 
     comm: processes that have the cores together; each has one thread if None.
+
+    Raises:
+        BadInput: the number is no whole number from 1 on.
     """
-    used = threads or (1 if comm.size > 1 else available_cores())
+    used = count_of("threads", threads, 1 if comm.size > 1 else available_cores())
     _core.set_threads(used)
     return used
 
