@@ -11,7 +11,6 @@ import time
 
 from measure import machine
 
-from tilth.analysis.initial_equilibrium import find_initial_equilibrium, has_initial_equilibrium
 from tilth.analysis.run import set_threads
 from tilth.analysis.run_time import run_time_of
 from tilth.analysis.staged import StagedAnalysis
@@ -32,8 +31,7 @@ def main() -> None:
         estimate = run_time_of(model, time.process_time)
         assert estimate is not None
         analysis = StagedAnalysis(model)
-        if has_initial_equilibrium(analysis.simulation.model):
-            find_initial_equilibrium(analysis.simulation)
+        analysis.begin()
         begin = time.process_time()
         steps = sum(1 for _ in analysis.steps())
         actual = time.process_time() - begin

@@ -22,7 +22,6 @@ from mpi_pool import pool_of
 
 from tilth import Model
 from tilth.analysis.energies import Energies
-from tilth.analysis.initial_equilibrium import find_initial_equilibrium, has_initial_equilibrium
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.staged import StagedAnalysis
 from tilth.arrays import Floats
@@ -118,8 +117,7 @@ def computed(model: Model, comm: Communicator, steps: int) -> dict[str, Any]:
     analysis.check()
     analysis.distribute(comm)
     start: list[float] = []
-    if has_initial_equilibrium(analysis.simulation.model):
-        told = find_initial_equilibrium(analysis.simulation)
+    if (told := analysis.begin()) is not None:
         start = [told.iterations, told.residual_before, told.change, told.largest, *told.place]
     forces: dict[str, list[list[float]]] = {}
     iterations, energies = [], []

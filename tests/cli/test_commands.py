@@ -79,10 +79,20 @@ def test_run_hands_the_model_on(tilth: Tilth, case: Case, analysis: Any) -> None
     assert model.title == "Column under its own weight"
     assert folder == file.with_suffix("")
     none = {"threads": None, "until": None, "memory_limit": None}
-    assert options == none | {"overwrite": False, "from_stage": None, "quiet": False}
+    assert options == none | {
+        "overwrite": False,
+        "from_stage": None,
+        "continues": False,
+        "quiet": False,
+    }
     assert other == Path("x")
     given = {"threads": 2, "until": 0.5, "memory_limit": "64GB"}
-    assert more == given | {"overwrite": True, "from_stage": None, "quiet": True}
+    assert more == given | {
+        "overwrite": True,
+        "from_stage": None,
+        "continues": False,
+        "quiet": True,
+    }
 
 
 def test_resume_hands_the_folder_on(tilth: Tilth, tmp_path: Path, analysis: Any) -> None:

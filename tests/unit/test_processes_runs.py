@@ -115,6 +115,19 @@ def test_files_are_those_of_a_serial_run_and_resume_on_any_number(tmp_path: Path
     assert len({line.split("mass")[1].split(",")[0] for line in log.splitlines() if "mass" in line})
 
 
+def test_a_finished_run_goes_on_to_a_later_end(tmp_path: Path) -> None:
+    """Two processes finish it at half the time, three go on; one process does all in one go."""
+    loads = [{**weight("plane_strain", 4.0), "factor": [[0.0, 0.0], [1.0, 1.0]]}]
+    schedule = {"step_size": 0.25, "output_every": 2}
+    file = case(tmp_path, loads=loads, schedule={**schedule, "end": 0.5})
+    folder = tmp_path / "out"
+    done(2, "run", file, "--out", folder)
+    case(tmp_path, loads=loads, schedule={**schedule, "end": 1.0})
+    done(3, "run", file, "--continue", folder)
+    done(1, "run", file, "--out", tmp_path / "serial")
+    assert_same_run(tmp_path / "serial", folder)
+
+
 def test_the_same_bits_from_run_to_run(tmp_path: Path) -> None:
     """With multigrid: PETSc's GAMG and MUMPS promise no order of their sums."""
     file = case(tmp_path, solver="multigrid")

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from implicit_blocks import flat, implicit
@@ -13,13 +15,47 @@ from tilth.analysis.run_warnings import JUMP, NO_JUMP, RunWarnings
 from tilth.analysis.simulation import Simulation
 
 
-@pytest.mark.parametrize(("motion", "warned"), [(-0.4, False), (-0.6, True), (0.6, True)])
-def test_planes_that_lose_their_material_are_named(motion: float, warned: bool) -> None:
-    top = plane("top", "y", 2.0, condition="prescribed", displacement={"y": motion})
+@pytest.mark.parametrize(
+    ("boundary", "tracked", "words"),
+    [
+        ({"y": -0.4}, None, None),
+        ({"y": -0.6}, None, "'top' moves by up to 0.6 along y, 0.6 of a cell"),
+        ({"y": 0.6}, None, "nodes at y = 2 throughout: it loses the material"),
+        ({"y": -0.1}, "reaction", None),
+        ({"y": -0.11}, "reaction", "0.11 of a cell, but it acts on the nodes at y = 2"),
+        ({"y": 0.2}, "moment", "tracked forces are wrong: by 3.5, 7 and 23 %"),
+        ({"x": 0.3}, "reaction", None),  # along the plane
+        ({"x": 0.3, "range": {"x": [0, 1]}}, "reaction", "0.3 along x"),  # out of its range
+    ],
+)
+def test_planes_that_move_away_from_their_nodes_are_named(
+    boundary: dict[str, Any], tracked: str | None, words: str | None
+) -> None:
+    """The whole motion counts, by the table; a force tracked anywhere is wrong before the rest."""
+    ranges = {key: boundary[key] for key in ("range",) if key in boundary}
+    motion = {axis: 0.5 * value for axis, value in boundary.items() if axis != "range"}
+    top = plane("top", "y", 2.0, condition="prescribed", displacement=motion, **ranges)
+    top["factor"] = [[0.0, 0.0], [1.0, 2.0]]
     sides = [plane("base", "y", 0.0), plane("left", "x", 0.0)]
     entries = block_entries("plane_strain", "linear", boundaries=[top, *sides])
-    warnings = Simulation(Model.from_dict(entries)).warnings
-    assert any("'top' moves by up to 0.6" in text for text in warnings) == warned
+    entries["track"] = [{"name": "u", "quantity": "displacement", "at": [1, 1], "component": "y"}]
+    if tracked is not None:
+        about = {"about": [0, 0], "component": "z"} if tracked == "moment" else {"component": "y"}
+        entries["track"] += [{"name": "R", "quantity": tracked, "boundary": "base", **about}]
+    warnings = [text for text in Simulation(Model.from_dict(entries)).warnings if "'top'" in text]
+    assert len(warnings) == (words is not None)
+    assert all(words in text and 'type = "implicit"' in text for text in warnings if words)
+    assert all(text.startswith("boundaries[0].displacement: ") for text in warnings)
+
+
+def test_a_node_that_moves_away_from_its_place_is_named() -> None:
+    node = {"name": "pin", "type": "node", "at": [1, 2], "condition": "prescribed"}
+    node["displacement"] = {"x": 0.05, "y": -0.2}
+    sides = [plane("base", "y", 0.0), plane("left", "x", 0.0)]
+    entries = block_entries("plane_strain", "linear", boundaries=[node, *sides])
+    entries["track"] = [{"name": "R", "quantity": "reaction", "boundary": "pin", "component": "y"}]
+    found = Simulation(Model.from_dict(entries)).warnings
+    assert any("0.2 along y, 0.2 of a cell, but it acts on the node at (1, 2)" in t for t in found)
 
 
 def test_a_boundary_away_from_all_material_is_named() -> None:

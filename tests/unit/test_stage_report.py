@@ -284,6 +284,39 @@ def test_a_warning_names_its_stage_and_comes_once(tmp_path: Path) -> None:
     assert [line for line in lines if "thick" in line] == [f"warning: {text}"]
 
 
+@pytest.mark.parametrize("dim", [2, 3])
+def test_rigid_bodies_are_drawn_in_each_stage(dim: int) -> None:
+    """One is there in all stages, another one comes; both have one entry in the legend."""
+    entries = staged_entries("3d" if dim == 3 else "plane_strain")
+    up = "z" if dim == 3 else "y"
+    across = [[0.0, 0.5]] * (dim - 2)
+    entries["rigid_bodies"] = [
+        {
+            "name": name, "centre": [x, *(0.25 for _ in across), 2.5],
+            "geometry": {
+                "type": "box", "lower": [x - 0.3, *(a for a, _ in across), 2.1],
+                "upper": [x + 0.3, *(b for _, b in across), 2.9], "soil": "outside",
+            },
+            "contact": {"normal": "unilateral", "tangential": "smooth"},
+            "displacement": dict.fromkeys("xyz"[:dim], 0.0) | {up: -0.05},
+            "rotation": dict.fromkeys("xyz", 0.0) if dim == 3 else 0.0,
+        }
+        for name, x in (("raft", 2.0), ("late", 2.7))
+    ]  # fmt: skip
+    entries["stages"] = entries["stages"][:2]
+    entries["stages"][1]["activate"] = ["late"]
+    entries["boundaries"] = entries["boundaries"][:-1]
+    entries["loads"], entries["bodies"] = entries["loads"][:1], entries["bodies"][:3]
+    entries["track"] = entries["track"][:2]
+    setup, figures = setup_figures(Model.from_dict(entries))
+    assert isinstance(setup, StagedSetup)
+    assert [[s.name for s in each.setup.surfaces] for each in setup.stages] == [
+        ["raft"], ["raft", "late"],
+    ]  # fmt: skip
+    texts = [text.get_text() for legend in figures[""].legends for text in legend.get_texts()]
+    assert [sum(name in text for text in texts) for name in ("raft", "late")] == [1, 1]
+
+
 def test_check_lists_the_stages() -> None:
     entries = staged_entries()
     entries["stages"][3]["release"] = [[0, 0], [0.5, 1]]

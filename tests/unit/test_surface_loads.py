@@ -10,10 +10,13 @@ import numpy.typing as npt
 import pytest
 from small_problems import BASES
 
-from tilth import BadInput, Model
+from tilth import BadInput, Model, SurfaceLoad
+from tilth.analysis.memory import memory_of
+from tilth.analysis.setup import setup_of
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.tracker import Tracker
 from tilth.mpm.grid import ActiveGrid, Buffers, locate
+from tilth.report.summary import print_summary
 from tilth.solvers.system import LinearSystem
 from tilth.surface.loads import SurfaceLoads, declared_loads
 from tilth.terms.balance import Balance
@@ -151,6 +154,32 @@ def test_wrong_input(load: dict[str, Any], surface: dict[str, Any], words: list[
     message = refused(load, **surface)
     for word in words:
         assert word in message
+
+
+@pytest.mark.parametrize(
+    ("zero", "said"),
+    [
+        ({"pressure": 0.0}, "pressure 0 "),
+        ({"shear": 0}, "pressure 0 "),
+        ({"traction": [0.0, 0.0]}, "traction [0, 0]"),
+        ({"pressure_along": [[0, 0], [1, 0]]}, "pressure along"),
+    ],
+)
+def test_a_load_of_zero_is_given(
+    zero: dict[str, Any], said: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The first of a series, say: it runs, also from its stored model, and has no force."""
+    loads, active = loads_of(blob(zero))
+    assert loads
+    assert not loads.force(np.zeros((active.nodes, 2))).any()
+    model = Model.from_dict(Model.from_dict(blob(zero)).to_dict())
+    print_summary(model, setup_of(model), memory_of(model), None)
+    assert said in capsys.readouterr().out
+
+
+def test_keys_of_none_are_not_given() -> None:
+    with pytest.raises(BadInput, match="pressure: missing"):
+        SurfaceLoad(body="blob", traction=None, hydrostatic=None)
 
 
 def test_a_load_on_a_body_without_boundary_points() -> None:

@@ -21,9 +21,9 @@ from small_problems import (
     weight,
 )
 
-from tilth import Model, _core
+from tilth import BadInput, Model, _core
 from tilth.analysis.simulation import Simulation
-from tilth.environment import set_environment
+from tilth.environment import count_of, set_environment
 
 pytestmark = pytest.mark.usefixtures("every_loop_in_parallel")
 
@@ -141,3 +141,13 @@ for module in pkgutil.walk_packages(tilth.__path__, "tilth."):
 assert dict(os.environ) == before
 """
     subprocess.run([sys.executable, "-c", ask], check=True)
+
+
+@pytest.mark.parametrize("wrong", [0, -1, 2.5, "2", True])
+def test_a_wrong_number_of_threads(wrong: Any) -> None:
+    with pytest.raises(BadInput, match=r"threads = .*: must be a whole number of at least 1"):
+        count_of("threads", wrong, 4)
+
+
+def test_no_number_of_threads_is_the_default() -> None:
+    assert (count_of("threads", None, 4), count_of("threads", np.int64(3), 4)) == (4, 3)

@@ -71,7 +71,9 @@ def warn(
     if step.active.fields > 1:
         warnings.unpaired(simulation.model, simulation.points, grid)
     with simulation.timers.measure("boundaries"):
-        warnings.depths(simulation.implicit, simulation.points, step.after, grid)
+        warnings.depths(
+            simulation.implicit, simulation.points, simulation.surfaces, step.after, grid
+        )
         free = simulation.is_forced or simulation.relaxes
         if not free and np.array_equal(balance.load_before, equilibrium.load):
             driven = np.abs(step.conditions.increment).max(

@@ -141,7 +141,7 @@ class Dynamics:
             if taken:
                 simulation.run_warnings.not_at_rest(unbalanced)
                 balance = Balance(step.active, simulation.terms(step, soil))
-            if simulation.model.stage.number > 0:
+            if simulation.model.stage.releases:
                 self.begun = True
                 return
             found = simulation.solve(step, soil, balance, lambda iteration, residual: None)

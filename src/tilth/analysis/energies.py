@@ -18,6 +18,7 @@ ENERGY_KINDS = (
     "damping_dissipation",
     "radiation",
     "numerical_dissipation",
+    "time_integration",
 )
 """Kinds of energy, in the order of the columns of energies.csv."""
 
@@ -28,10 +29,12 @@ class Energies:
 
     Attributes:
         start: elastic and kinetic energy before the first step.
-        work: work of loads and boundaries on the soil.
+        work: work of loads, boundaries and rigid bodies: of a body in contact its force times its
+            own motion.
         friction: what friction dissipated of it.
         damping: what Rayleigh damping dissipated of it.
         radiated: what left through absorbing boundaries less what came in.
+        integration: what the time integration dissipated of it, by its own formula.
     """
 
     start: float = 0.0
@@ -39,6 +42,7 @@ class Energies:
     friction: float = 0.0
     damping: float = 0.0
     radiated: float = 0.0
+    integration: float = 0.0
 
     @classmethod
     def at_start(cls, simulation: Simulation) -> Energies:
@@ -51,6 +55,7 @@ class Energies:
         self.friction += result.friction_work
         self.damping += result.damping_work
         self.radiated += result.radiated_work
+        self.integration += result.integration_work
 
     def value(self, kind: str, simulation: Simulation, time: float) -> float:
         """Returns an energy after the steps to a time of the stage, by its kind as in `Track`."""
@@ -73,7 +78,8 @@ class Energies:
         found = sum(stored.values()) + sum(lost.values())
         numerical = self.start + self.work - found
         return {
-            "external_work": self.work, **stored, **lost, "numerical_dissipation": numerical
+            "external_work": self.work, **stored, **lost, "numerical_dissipation": numerical,
+            "time_integration": self.integration,
         }  # fmt: skip
 
 

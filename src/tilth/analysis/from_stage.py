@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,12 +17,12 @@ from typing import Any
 import numpy as np
 
 from tilth.analysis.contact_output import contact_names
+from tilth.analysis.differences import differences
 from tilth.analysis.motions import motion_columns
 from tilth.analysis.staged import PointFields, StagedAnalysis
 from tilth.analysis.stored_run import StoredRun
 from tilth.errors import BadInput
-from tilth.model import Model, SurfaceLoad
-from tilth.model.laws import EXCESS_PORE_PRESSURE
+from tilth.model import Model
 from tilth.model.problems import unknown_name
 from tilth.output import ResultsWriter, Snapshot, read_checkpoint, read_results, write_checkpoint
 from tilth.output.disk import writing
@@ -95,7 +95,7 @@ def stored_stage(model: Model, folder: Path | str, stage: str) -> StoredRun:
             key="from",
             value=f"{folder}:{stage}",
         )
-    for key, what in _differences(earlier, model, number):
+    for key, what in differences(earlier, model, number):
         raise BadInput(
             f"{what} is not as in the run in {folder}, up to the end of the stage {stage!r}",
             "only what comes later may differ; run the whole case for other changes",
@@ -107,74 +107,6 @@ def stored_stage(model: Model, folder: Path | str, stage: str) -> StoredRun:
             f"the case has no stage after {stage!r}", "add the stages that follow", key="stages"
         )
     return StoredRun.read(folder, number)
-
-
-def _differences(earlier: Model, model: Model, number: int) -> Iterator[tuple[str, str]]:
-    """Yields (key, text) of what differs in two models up to the end of a stage."""
-    for key in ("analysis", "units", "track", "initial"):
-        if getattr(earlier, key) != getattr(model, key):
-            yield key, f"`{key}`"
-    has_fluid = any(EXCESS_PORE_PRESSURE in law.state_variables for law in earlier.laws.values())
-    if has_fluid and model.has_water and not earlier.has_water:
-        yield "water", "that there is water at all, with effective stresses in all outputs,"
-    if earlier.output.deformation_gradient != model.output.deformation_gradient:
-        yield "output.deformation_gradient", "`output.deformation_gradient`"
-    for one, other in zip(
-        earlier.of_stages[: number + 1], model.of_stages[: number + 1], strict=True
-    ):
-        before, after = _declared(one), _declared(other)
-        for key in before:
-            if before[key] != after[key]:
-                yield (
-                    other.stage.key,
-                    f"`{key}` of this stage, or what is carried on from earlier ones,",
-                )
-    there = [
-        i
-        for i, body in enumerate(earlier.bodies)
-        if any(each.present(body.name) for each in earlier.of_stages[: number + 1])
-    ]
-    last = max(there) + 1
-    if earlier.bodies[:last] != model.bodies[:last]:
-        yield "bodies", "a body"
-    for i in there:
-        if earlier.bodies[i].surface is not None and (
-            _stretches(earlier, i) != _stretches(model, i)
-        ):
-            yield "loads", f"a stretch of the surface of {earlier.bodies[i].name!r} that is loaded"
-
-
-def _declared(model: Model) -> dict[str, Any]:
-    """Returns all that acts in a stage, by its key."""
-    stage = model.stage.declared
-    assert stage is not None
-    used = {name for body in model.present_bodies for name in body.materials}
-    return {
-        "bodies": model.present_bodies,
-        "materials": {name: each for name, each in model.materials.items() if name in used},
-        "boundaries": model.boundaries,
-        "contact_pairs": (
-            model.acting_pairs,
-            {body.name: model.fields()[body.name] for body in model.present_bodies},
-        ),
-        "loads": [load for _, load in model.acting_loads()],
-        "water": model.water,
-        "grid": model.grid,
-        "schedule": model.schedule,
-        "excavate": stage.excavate,
-        "release": stage.release,
-        "reset": stage.reset,
-        "inertia": stage.inertia,
-    }
-
-
-def _stretches(model: Model, number: int) -> list[Any]:
-    name = model.bodies[number].name
-    return [
-        (i, load.start, load.end, load.part)
-        for i, load in enumerate(model.loads)
-        if isinstance(load, SurfaceLoad) and load.body == name
-    ]
 
 
 def begin_from(stored: StoredRun, model: Model, folder: Path) -> None:
@@ -280,7 +212,7 @@ def _with_fields(
         if name in wanted or name not in known
     }
     added = {name: np.full(len(state.position), np.nan) for name in wanted if name not in fields}
-    if names[2] and not old[2]:  # without a pore fluid, see `_differences`
+    if names[2] and not old[2]:  # without a pore fluid, see `differences`
         added["effective_stress"] = state.point_fields["cauchy_stress"]
         added["pore_pressure"] = np.zeros(len(state.position))
     there = {surface.name: surface for surface in state.surfaces}

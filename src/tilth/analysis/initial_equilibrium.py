@@ -220,11 +220,7 @@ class _Search:
             if first:
                 self.first_residual, first = now.relative, False
             if self._settled(residual, now):
-                reaction = np.where(constrained, now.forces.residual, 0.0)
-                still = Equilibrium(
-                    zero, now.forces.load, reaction, reaction, [now.relative], now.unknowns
-                )
-                return result_of(step, balance, still), now.relative
+                return _result_at_rest(simulation, step, balance, now), now.relative
             share = self._share()
             unbalanced = np.where(constrained, 0.0, now.forces.residual)
             withheld.withheld = (1.0 - share) * unbalanced
@@ -342,6 +338,31 @@ class _Search:
             f"time 0 (factor = [[0, 1], [1, 1]]){loose}; initial.equilibrium = false starts "
             "without the search, from the stress as declared",
         )
+
+
+def _result_at_rest(
+    simulation: Simulation, step: PreparedStep, balance: Balance, now: State
+) -> StepResult:
+    """Returns the forces on soil that does not move, from its state without displacement."""
+    constrained = step.conditions.constrained
+    reaction = np.where(constrained, now.forces.residual, 0.0)
+    zero = np.zeros_like(step.conditions.increment)
+    still = Equilibrium(zero, now.forces.load, reaction, reaction, [now.relative], now.unknowns)
+    return result_of(step, balance, still, simulation.kept_contact)
+
+
+def forces_at_rest(simulation: Simulation) -> StepResult:
+    """Returns the forces at time 0 of a stage, without displacement.
+
+    Raises:
+        StepFailed: they cannot be computed.
+    """
+    step = simulation.prepare(0.0, 0.0)
+    balance = Balance(step.active, simulation.terms(step, simulation.soil_on(step.active)))
+    residual = Residual(balance, step.conditions.constrained)
+    zero = np.zeros_like(step.conditions.increment)
+    now = residual.at(zero, np.zeros_like(balance.global_scale))
+    return _result_at_rest(simulation, step, balance, now)
 
 
 def put_back(points: MaterialPoints, kept: dict[str, Floats]) -> None:

@@ -15,7 +15,6 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth.arrays import Floats, Integers, require_table
-from tilth.model import Model
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.keys import find_keys
 
@@ -25,26 +24,17 @@ class KeptContact:
 
     Args:
         dim: number of directions.
-        in_work: whether the work of the next step takes this force, as in steps with inertia.
 
     Attributes:
-        in_work: see above.
         key: of the loaded nodes, sorted, shape (m,).
         force: on the soil there [force], shape (m, dim).
+        normal: integral of the normal traction over each surface [force], by its name.
     """
 
-    def __init__(self, dim: int, in_work: bool) -> None:
-        self.in_work = in_work
+    def __init__(self, dim: int) -> None:
         self.key: Integers = np.zeros(0, dtype=np.int64)
         self.force: Floats = np.zeros((0, dim))
-
-    @classmethod
-    def of(cls, model: Model) -> KeptContact | None:
-        """Returns that of a model; None if it has no inertia in any stage."""
-        stage = model.stage.declared
-        if model.analysis.inertia is None:
-            return None
-        return cls(model.dimension, stage is None or stage.inertia)
+        self.normal: dict[str, float] = {}
 
     def at(self, active: ActiveGrid) -> Floats:
         """Returns the force on the nodes of the next step's grid [force], shape (nodes, dim)."""
@@ -53,10 +43,11 @@ class KeptContact:
         nodal[number[there]] = self.force[there]
         return nodal
 
-    def keep(self, active: ActiveGrid, force: Floats) -> None:
-        """Keeps the force at the end of a step, shape (nodes, dim)."""
+    def keep(self, active: ActiveGrid, force: Floats, normal: dict[str, float]) -> None:
+        """Keeps the force at the end of a step, shape (nodes, dim), and `normal`."""
         loaded = np.flatnonzero(force.any(axis=1))
         self.key, self.force = active.key[loaded].copy(), force[loaded]
+        self.normal = normal
 
     def rows(self) -> tuple[Integers, list[str]]:
         """As `KeyedRows.rows`."""
@@ -64,12 +55,18 @@ class KeptContact:
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns the arrays for a checkpoint."""
-        return {"node": self.key, "force": self.force}
+        surfaces: dict[str, npt.NDArray[Any]] = {
+            "surfaces": np.frombuffer("\n".join(self.normal).encode(), dtype=np.uint8),
+            "normal": np.array(list(self.normal.values()), dtype=np.float64),
+        }
+        return {"node": self.key, "force": self.force, **surfaces}
 
     def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
         """Restores the state of a checkpoint; raises `ValueError` if it is no such state."""
         own = {name: state[name] for name in self.state()}
-        require_table(own)
+        require_table({name: own[name] for name in ("node", "force")})
         if own["force"].shape[1:] != self.force.shape[1:]:
             raise ValueError("'force' has another number of directions")
         self.key, self.force = own["node"], own["force"]
+        names = own["surfaces"].tobytes().decode().splitlines()
+        self.normal = dict(zip(names, own["normal"].tolist(), strict=True))

@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -120,10 +121,13 @@ def memory_of(
         size = partial(body_size, kind=model.analysis.kind, grid=background_grid(model))
         return _of_stage(model, model.bodies, points, active, size)
     first = model.of_stages[0]
-    first_grid = background_grid(first)
+    before = first.stage.initial
+    assert before is not None
+    models = (before, *model.of_stages) if first.stage.follows else model.of_stages
+    first_grid = background_grid(before)
     sizes = {body.name: body_size(body, model.analysis.kind, first_grid) for body in first.bodies}
     estimates: dict[Any, MemoryEstimate] = {}
-    for stage in model.of_stages:
+    for stage in models:
         present = stage.present_bodies
         stage_grid = background_grid(stage)
         kind = (frozenset(body.name for body in present), str(stage.grid.cell_size))
@@ -141,7 +145,7 @@ def memory_of(
         elif kind not in estimates:
             estimates[kind] = _of_stage(stage, present, None, None, size_of)
     largest = max(estimates.values(), key=lambda estimate: estimate.total)
-    pairs = zip(model.of_stages, model.of_stages[1:], strict=False)
+    pairs = pairwise(models)
     copies = 1 + sum(one.bodies != other.bodies for one, other in pairs)
     number = sum(sizes[body.name].points * _of_state(model, body) for body in first.bodies)
     return replace(largest, parts={**largest.parts, UNDEFORMED: 8.0 * copies * number})

@@ -17,7 +17,7 @@ from tilth.analysis.contact_warnings import contact_warnings
 from tilth.analysis.overlaps import overlapping_bodies
 from tilth.analysis.table_warnings import table_warnings
 from tilth.arrays import Floats
-from tilth.boundaries.implicit.passage import points_behind
+from tilth.boundaries.implicit.passage import points_behind, surface_behind
 from tilth.model import (
     AffineBoundary,
     BodyForce,
@@ -75,7 +75,7 @@ def warnings_of(simulation: Simulation, in_advance: bool = False) -> Iterator[tu
 
 def _warnings_of(simulation: Simulation, in_advance: bool) -> Iterator[tuple[str, str]]:
     model, points = simulation.model, simulation.undeformed()
-    if model.stage.number == 0:  # later ones begin with stresses
+    if not model.stage.follows:  # others begin with stresses
         yield from _no_cause(model)
     yield from _overlaps(model, points)
     yield from _behind(simulation, in_advance)
@@ -189,6 +189,9 @@ def _behind(simulation: Simulation, in_advance: bool) -> Iterator[tuple[str, str
         is_rigid = boundary.body_name is not None
         if not stage.begins(boundary.body_name or boundary.name) or (is_rigid and in_advance):
             continue
+        for name, surface in simulation.surfaces.items():
+            known = surface_behind(boundary, surface.shape().position, 0.0, grid)
+            simulation.run_warnings.known_depth(f"surface of {name}, {boundary.name}", known, grid)
         behind, depth = points_behind(boundary, points, 0.0, grid)
         if len(behind) == 0:
             continue
@@ -404,7 +407,7 @@ def _something_changes(model: Model) -> bool:
     stage = model.stage.declared
     if model.stage.number == 0 and not model.initial.stress:
         return True
-    if stage is not None and model.stage.number > 0:
+    if stage is not None and model.stage.follows:
         changes = (
             stage.activate,
             stage.deactivate,

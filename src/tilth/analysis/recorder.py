@@ -86,6 +86,8 @@ class Recorder:
     """Tracked quantities at the last step, in the order of `tables.headings`."""
     _next_checksum: int | None = None
     """Of model.json when a change of a load will be complete."""
+    _earlier_outputs: dict[str, Any] = field(default_factory=dict)
+    """That entry of `Progress`, if it has one."""
     _beside_schedule: bool = False
     """Whether the last output is that of a run that ended between the times of output."""
 
@@ -163,9 +165,13 @@ class Recorder:
         with together(simulation.comm):
             recorder = cls._of(folder, analysis, initial, stored)
             recorder.energies = Energies(**progress.energies.model_dump())
+            recorder._earlier_outputs = progress.model_dump(
+                include={"earlier_outputs"}, exclude_none=True
+            )
             if recorder._writes:
                 kept = read_results(folder / RESULTS)
-                regular = {0.0, *output_times(model)}
+                earlier = progress.earlier_outputs
+                regular = {0.0, *output_times(model), *(earlier.times if earlier else ())}
                 recorder._beside_schedule = kept.times[-1] not in regular
                 if kept.surfaces or kept.names["contacts"]:
                     recorder._write_tables(kept.snapshot(-1))
@@ -224,7 +230,7 @@ class Recorder:
     def _log_stage(self) -> None:
         stage = self.simulation.model.stage
         if stage.name:
-            released = "" if stage.number == 0 else place_text(self.analysis.out_of_balance)
+            released = place_text(self.analysis.out_of_balance) if stage.releases else ""
             self.log.stage(stage.name, stage.start, released)
 
     def _header(self, active: ActiveGrid, threads: int, last_step: int) -> None:
@@ -481,6 +487,7 @@ class Recorder:
             **({} if self._next_checksum is None else {"next_model": self._next_checksum}),
             **self.tables.marks(),
             "outputs": list(self.results.outputs),
+            **self._earlier_outputs,
             "seconds": {
                 "total": self.log.seconds,
                 "wall": dict(self.simulation.timers.wall),

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from tilth import _core
+from tilth.analysis.continued import go_on_with, require_continuable
 from tilth.analysis.from_stage import begin_from, stored_stage
-from tilth.analysis.initial_equilibrium import find_initial_equilibrium, has_initial_equilibrium
 from tilth.analysis.memory import memory_of, require_memory
 from tilth.analysis.memory_failures import memory_failures
 from tilth.analysis.recorder import Recorder
@@ -21,7 +21,7 @@ from tilth.analysis.stepping import Steps, exhausted, take_steps
 from tilth.analysis.stored_run import StoredRun
 from tilth.arrays import Floats
 from tilth.comm import SERIAL, Communicator, together
-from tilth.environment import available_cores
+from tilth.environment import available_cores, count_of
 from tilth.errors import AnalysisFailed, BadInput, TilthError
 from tilth.interrupt import StopSignals
 from tilth.memory_errors import is_memory_error, memory_sentence
@@ -118,6 +118,7 @@ def run(
     memory_limit: float | str | None = None,
     overwrite: bool = False,
     from_stage: tuple[Path | str, str] | None = None,
+    continues: bool = False,
     quiet: bool = False,
 ) -> Result:
     """Runs the analysis of a model and writes everything into the folder `out`.
@@ -132,11 +133,15 @@ def run(
         overwrite: whether an earlier run in `out` is replaced.
         from_stage: folder of another run and name of a stage from whose end this run goes on; the
             stages up to that one must be the same. None to begin at the start.
+        continues: whether the run in `out`, finished or not, goes on from its checkpoint with this
+            model, which may differ in what is still to come only: a later end of the schedule,
+            rows of tables after the time that is reached, stages at the end, `output`.
         quiet: whether the progress bar is left out.
 
     Raises:
         BadInput: the model cannot be computed, `until` is not a time of its schedule, `out` is not
-            empty or in use by another run, or the run needs too much memory.
+            empty or in use by another run, the run needs too much memory, or the one in `out`
+            cannot go on with this model. Nothing is changed then.
         AnalysisFailed: no equilibrium with the least step, not enough memory, or a file that cannot
             be written (a full disk); results so far are on disk. Or the report, after a complete
             analysis.
@@ -144,7 +149,7 @@ def run(
             program has handlers of its own for them; `resume` continues.
     """
     return exhausted(
-        run_steps(model, out, threads, until, memory_limit, overwrite, from_stage, quiet)
+        run_steps(model, out, threads, until, memory_limit, overwrite, from_stage, continues, quiet)
     )
 
 
@@ -156,9 +161,13 @@ def run_steps(
     memory_limit: float | str | None,
     overwrite: bool,
     from_stage: tuple[Path | str, str] | None,
+    continues: bool,
     quiet: bool,
 ) -> Steps[Result]:
     """As `run`, step by step."""
+    if continues and (overwrite or from_stage is not None):
+        what = "does not go with `overwrite` or `from_stage`: the run goes on in its folder"
+        raise BadInput(what, "leave them out", key="continues")
     require_time(model, until)
     comm = world()
     estimate = memory_of(model)
@@ -174,11 +183,17 @@ def run_steps(
             stored = None if from_stage is None else stored_stage(model, *from_stage)
         initial = analysis.initial
         analysis.distribute(comm)
-        warning = ""
+        warning = change = ""
         with together(comm):
-            folder = make_folder(out)
+            folder = require_folder(out) if continues else make_folder(out)
             if comm.rank == 0:
                 warning = stack.enter_context(FolderLock(folder)).warning
+            if continues:
+                earlier = StoredRun.read(folder)
+                change = require_continuable(earlier, model, until)
+                if comm.rank == 0:
+                    go_on_with(earlier, model, setup)
+            elif comm.rank == 0:
                 if stored is not None and folder.resolve() == stored.folder.resolve():
                     what = "the run cannot be written into the folder from which it goes on"
                     raise BadInput(what, "choose another folder", key="out", value=str(out))
@@ -191,13 +206,12 @@ def run_steps(
                         write_durably(folder / MODEL, text.encode())
                 write_setup(folder / SETUP, setup)
             del setup  # it may have copies of the points
-        if stored is not None:
-            return (yield from _resumed(folder, until, used, warning, quiet, comm))
+        if stored is not None or continues:
+            return (yield from _resumed(folder, until, used, warning, quiet, comm, change))
+        del simulation  # the first stage may have another one
+        start = analysis.begin()
         if comm.size > 1:
-            active = simulation.locate(0.0)
-        start = None
-        if has_initial_equilibrium(simulation.model):
-            start = find_initial_equilibrium(simulation)
+            active = analysis.simulation.locate(0.0)
         recorder = Recorder.start(folder, analysis, active, used, start, initial)
         del initial
         return (yield from _march(analysis, recorder, warning, quiet))
@@ -248,9 +262,18 @@ def resume_steps(
 
 
 def _resumed(
-    folder: Path, until: float | None, threads: int, warning: str, quiet: bool, comm: Communicator
+    folder: Path,
+    until: float | None,
+    threads: int,
+    warning: str,
+    quiet: bool,
+    comm: Communicator,
+    change: str = "",
 ) -> Steps[Result]:
-    """Continues from the last checkpoint in a folder; warning: of its lock."""
+    """Continues from the last checkpoint in a folder.
+
+    warning: of its lock. change: what is new in the model, for the log.
+    """
     with together(comm):
         stored = StoredRun.read(folder)
         require_time(stored.model, until)
@@ -264,6 +287,9 @@ def _resumed(
             )
     analysis.distribute(comm)
     recorder = Recorder.resume(stored, analysis, threads)
+    if change:
+        with together(comm):
+            recorder.log.goes_on(change)
     return (yield from _march(analysis, recorder, warning, quiet))
 
 
@@ -287,8 +313,11 @@ def set_threads(threads: int | None, comm: Communicator = SERIAL) -> int:
     """Sets the number of threads of the kernels, all available cores if None; returns it.
 
     comm: processes that have the cores together; each has one thread if None.
+
+    Raises:
+        BadInput: the number is no whole number from 1 on.
     """
-    used = threads or (1 if comm.size > 1 else available_cores())
+    used = count_of("threads", threads, 1 if comm.size > 1 else available_cores())
     _core.set_threads(used)
     return used
 

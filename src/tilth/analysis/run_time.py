@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from tilth.analysis.initial_equilibrium import find_initial_equilibrium, has_initial_equilibrium
 from tilth.analysis.staged import StagedAnalysis
 from tilth.errors import TilthError
 from tilth.model import Model
@@ -80,8 +79,7 @@ def run_time_of(model: Model, clock: Callable[[], float] = time.perf_counter) ->
             raise _Enough
 
     try:
-        if has_initial_equilibrium(analysis.simulation.model):
-            find_initial_equilibrium(analysis.simulation)
+        if analysis.begin() is not None:
             begin = clock()
         for _, result in analysis.steps(on_iteration):
             ends.append(clock() - begin)

@@ -14,7 +14,7 @@ from tilth.analysis.rigid_shapes import placed, rigid_shapes
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.snapshots import snapshot, units_of
 from tilth.analysis.staged import StagedAnalysis
-from tilth.arrays import Floats, Integers
+from tilth.arrays import Flags, Floats, Integers
 from tilth.boundaries import Boundary
 from tilth.boundaries.base_motion import BaseMotion
 from tilth.boundaries.contact.surface import ContactSurface
@@ -93,16 +93,24 @@ def checked_setup(
         if on_start is not None:
             on_start(simulation, active)
     assert first is not None
-    return first if not stages else (first[0], _staged(model, analysis.soil, stages))
+    if not stages:
+        return first
+    before = _present(analysis.simulation, analysis.soil) if analysis.is_before_first else None
+    return first[0], _staged(model, analysis.soil, stages, before)
+
+
+def _present(simulation: Simulation, initial: MaterialPoints) -> Flags:
+    """Returns which points of all stages a simulation has, shape (n,)."""
+    present = np.zeros(len(initial), dtype=bool)
+    present[simulation.points.point_id] = True
+    return present
 
 
 def _stage(
     model: Model, simulation: Simulation, setup: Setup, initial: MaterialPoints
 ) -> StageSetup:
     """Returns what acts in a stage, without the soil."""
-    of_stage, points = simulation.model, simulation.points
-    present = np.zeros(len(initial), dtype=bool)
-    present[points.point_id] = True
+    of_stage = simulation.model
     nothing = np.zeros((0, model.dimension))
     return StageSetup(
         name=of_stage.stage.name,
@@ -110,7 +118,7 @@ def _stage(
         start=of_stage.stage.start,
         end=of_stage.stage.start + of_stage.schedule.end,
         changes=changes(of_stage),
-        present=present,
+        present=_present(simulation, initial),
         setup=replace(
             setup,
             position=nothing,
@@ -124,11 +132,13 @@ def _stage(
     )
 
 
-def _staged(model: Model, initial: MaterialPoints, stages: list[StageSetup]) -> StagedSetup:
+def _staged(
+    model: Model, initial: MaterialPoints, stages: list[StageSetup], before: Flags | None
+) -> StagedSetup:
     """Returns the set-up of all stages with the undeformed soil."""
     soil = Soil(initial.position, initial.half_length, initial.all_corners(), initial.body_id)
     surfaces = [surface.shape() for surface in make_surfaces(model, initial).values()]
-    return StagedSetup(soil, surfaces, stages)
+    return StagedSetup(soil, surfaces, stages, before)
 
 
 def setup_figures(model: Model) -> tuple[Setup | StagedSetup, dict[str, Figure]]:

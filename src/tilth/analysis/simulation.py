@@ -5,20 +5,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import zip_longest
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from tilth.analysis.acceptance import move_surfaces, require_acceptable, warn
+from tilth.analysis.attempts import explained_motion, solve_in_attempts
 from tilth.analysis.checks import check_first_step
 from tilth.analysis.dynamics import Dynamics
 from tilth.analysis.grid_motion import GridMotion
 from tilth.analysis.kept_contact import KeptContact
 from tilth.analysis.predictor import Predictor, load_curves
 from tilth.analysis.relaxation import Relaxation
-from tilth.analysis.residual import newton_attempts
+from tilth.analysis.residual import Newton, newton_attempts
 from tilth.analysis.run_warnings import RunWarnings
 from tilth.analysis.state import (
     DECLARED_POSITION,
@@ -104,7 +104,7 @@ class Simulation:
         passage: remembers where soil was in front of the boundaries.
         is_forced: whether rigid bodies move freely.
         distribution: which points this process owns, of those of all processes.
-        kept_contact: the force of contact at the end of the last step; None without `inertia`.
+        kept_contact: the force of contact at the end of the last step.
         timers: time spent in basis, stress, assembly, solve and other.
         run_warnings: warnings of probable mistakes.
         round_off: residual that counts as zero [force].
@@ -125,7 +125,7 @@ class Simulation:
         self.kind = model.analysis.kind
         self.declared_dynamics = Dynamics.of(model)
         self.relaxation = Relaxation.of(model)
-        self.kept_contact = KeptContact.of(model)
+        self.kept_contact = KeptContact(model.dimension)
         self.boundaries = make_boundaries(model, self._time_step)
         self.implicit = make_implicit(model)
         self.bodies, surfaces = make_bodies(model, self._acceleration)
@@ -289,7 +289,7 @@ class Simulation:
             "last step": self._predictor,
             "axis": self.axis,
         }
-        if self.model.stage.number > 0:
+        if self.model.stage.releases:
             owners["released"] = self.released
         moving = self.declared_dynamics, self.relaxation, self.kept_contact
         named = zip(("dynamics", "relaxation", "contact force"), moving, strict=True)
@@ -437,6 +437,7 @@ class Simulation:
         if tolerance is not None:
             least = min(tolerance, self.model.analysis.tolerance)
             attempts = [replace(newton, tolerance=least) for newton in attempts]
+        explained: float | None = None
         if self.relaxes or (self.declared_dynamics is not None and step.after > step.before):
             assert self.dynamics is not None
             guess = self.dynamics.guess(balance)
@@ -445,21 +446,16 @@ class Simulation:
             guess = self._predictor.guess(soil, step.before, step.after, held)
             if guess is not None:
                 guess = step.active.updated(guess)
-        for newton, following in zip_longest(attempts, attempts[1:]):
-            try:
-                return solve_step(
-                    balance, step.conditions, self._solver, newton, self.timers, guess, on_iteration
-                )
-            except StepFailed as failure:
-                if following is None:
-                    raise
-                if guess is not None and self.contact_surfaces:
-                    self._predictor.misled()
-                guess = None
-                balance.restart(following.changes)
-                if step.after > step.before:  # else a search for the starting state
-                    self.run_warnings.line_search(failure.reason, step.after)
-        raise AssertionError("a step is tried at least once")
+                explained = explained_motion(step, guess)
+
+        def solve(newton: Newton, guess: Floats | None) -> Equilibrium:
+            return solve_step(
+                balance, step.conditions, self._solver, newton, self.timers, guess, on_iteration
+            )
+
+        return solve_in_attempts(
+            attempts, solve, step, balance, guess, explained, self._predictor, self.run_warnings
+        )
 
     def terms(self, step: PreparedStep, soil: Soil) -> list[Term]:
         """Returns all terms of the balance of a step. New terms are added here."""
@@ -491,7 +487,7 @@ class Simulation:
         terms += contact_terms(constraints.contacts, self.bodies, after, force, active.nodes)
         if self.water is not None:
             terms.append(WaterForces(self.water, self.loads, soil, before, after))
-        if self.model.stage.number > 0:
+        if self.model.stage.releases:
             terms.append(Release(self.released, active, before, after))
         if self.dynamics is not None:
             faces = self._ghost.faces

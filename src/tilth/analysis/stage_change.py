@@ -256,6 +256,8 @@ def checked_next_stage(
 ) -> Simulation:
     """As `next_stage`, with the first step's conditions checked and out-of-balance forces found.
 
+    last: the initial state may stand for the last stage of the first one.
+
     in_advance: whether the stage is only looked at, with soil that has not moved yet. No forces are
         found then, see `check_first_step` for the conditions.
 
@@ -264,13 +266,14 @@ def checked_next_stage(
     """
     stage = model.stage.declared
     assert stage is not None
-    kept = last.kept_contact if stage.grid is None else None
+    is_first = last.model.stage.initial is None
+    kept = last.kept_contact if stage.grid is None and not is_first else None
     if not (stage.inertia or last.declared_dynamics is not None):
         kept = None
     simulation = next_stage(last, model, initial)
     try:
         simulation.check(in_advance)
-        if not in_advance:
+        if model.stage.releases and not in_advance:
             release_out_of_balance(simulation, kept)
     except StepFailed as failure:
         raise BadInput(
@@ -302,6 +305,8 @@ def points_of_stages(models: Sequence[Model]) -> list[MaterialPoints]:
     found: list[MaterialPoints] = []
     for number, model in enumerate(models):
         same = number > 0 and model.bodies == models[number - 1].bodies
-        of_first = copied(model, grid=models[0].grid)  # points per cell are those of [grid]
+        initial = model.stage.initial
+        assert initial is not None, "a model with stages"
+        of_first = copied(model, grid=initial.grid)  # points per cell are those of [grid]
         found.append(found[-1] if same else initial_points(of_first))
     return found

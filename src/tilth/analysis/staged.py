@@ -4,11 +4,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from tilth.analysis.clock import Clock
 from tilth.analysis.gathering import collected
+from tilth.analysis.initial_equilibrium import (
+    InitialEquilibrium,
+    find_initial_equilibrium,
+    forces_at_rest,
+    has_initial_equilibrium,
+)
 from tilth.analysis.load_steps import load_steps
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.stage_change import checked_next_stage, points_of_stages
@@ -20,6 +27,7 @@ from tilth.errors import BadInput, StepFailed
 from tilth.model import Model
 from tilth.mpm.frozen_points import require_reducible
 from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
 
 PointFields = tuple[list[str], list[str], bool]
@@ -51,7 +59,8 @@ def _fields_of(of_stages: Sequence[MaterialPoints], model: Model) -> PointFields
 class StagedAnalysis:
     """An analysis of one or several stages, at a moment of one of them.
 
-    A model without stages is an analysis of one stage.
+    A model without stages is an analysis of one stage. Where the first stage changes the initial
+    state, the analysis is in this state until `begin`, `enter_first` or `steps` is called.
 
     Args:
         model: the whole model.
@@ -66,8 +75,7 @@ class StagedAnalysis:
 
     def __init__(self, model: Model, until: float | None = None) -> None:
         self._begin(model, until)
-        initial = self._initial[0] if model.stages else None
-        self.simulation = Simulation(self.models[0], initial=initial)
+        self.simulation = self._at_first()
         self.clock = self._clock(0, step=0)
 
     def _begin(self, model: Model, until: float | None) -> None:
@@ -75,7 +83,20 @@ class StagedAnalysis:
         self.models = model.of_stages
         self._until = until
         self._initial = points_of_stages(self.models) if model.stages else []
+        first = self.models[0].stage
+        self._before = first.initial if first.follows else None
         self.out_of_balance: Floats = np.zeros(model.dimension)
+
+    def _at_first(self) -> Simulation:
+        """Returns the simulation of the initial state."""
+        if self._before is not None:
+            return Simulation(self._before, initial=initial_points(self._before))
+        return Simulation(self.models[0], initial=self._initial[0] if self.model.stages else None)
+
+    @property
+    def is_before_first(self) -> bool:
+        """Whether the soil is in the initial state, which the first stage is going to change."""
+        return self.simulation.model is self._before
 
     @classmethod
     def restored(
@@ -165,8 +186,8 @@ class StagedAnalysis:
         What needs the soil as it will be is checked by `enter_next`.
 
         Yields:
-            The simulation at the start of each stage and the grid of its first step. Only the
-            first one may be used after the next one is asked for.
+            The simulation at the start of each stage and the grid of its first step, which may
+            not be used after the next one is asked for. `simulation` remains as it is.
 
         Raises:
             BadInput: see `next_stage` and `Simulation.check`.
@@ -177,11 +198,13 @@ class StagedAnalysis:
                     require_reducible(model)
                 except BadInput as error:
                     raise error.during(f"in the stage {reduction.name!r}") from error
-        yield self.simulation, self.simulation.check()
-        if len(self.models) > 1:
-            simulation = Simulation(self.models[0], initial=self._initial[0])
+        active, first = self.simulation.check(), int(self._before is None)
+        if first:
+            yield self.simulation, active
+        if len(self.models) > first:
+            simulation = self._at_first()
             simulation.run_warnings.go_on_from(self.simulation.run_warnings)
-            for model, initial in zip(self.models[1:], self._initial[1:], strict=True):
+            for model, initial in zip(self.models[first:], self._initial[first:], strict=True):
                 simulation = checked_next_stage(simulation, model, initial, in_advance=True)
                 yield simulation, simulation.locate(0.0)
 
@@ -197,6 +220,28 @@ class StagedAnalysis:
         assert first is not None
         return first
 
+    def begin(self) -> InitialEquilibrium | None:
+        """Finds the equilibrium of the initial state and makes the changes of the first stage.
+
+        Returns what was done for the equilibrium, with the forces after the changes; None if none
+        is to be found.
+
+        Raises:
+            AnalysisFailed, BadInput: see `find_initial_equilibrium` and `enter_next`.
+        """
+        found = None
+        if has_initial_equilibrium(self.simulation.model):
+            found = find_initial_equilibrium(self.simulation)
+        if self.is_before_first:
+            self.enter_first()
+            if found is not None:
+                found = replace(found, result=forces_at_rest(self.simulation))
+        return found
+
+    def enter_first(self) -> None:
+        """Makes the changes of the first stage to the initial state, as `enter_next`."""
+        self._enter(0)
+
     def enter_next(self) -> None:
         """Goes to the start of the next stage, whose clock begins at 0.
 
@@ -205,7 +250,9 @@ class StagedAnalysis:
         Raises:
             BadInput: see `next_stage` and `Simulation.distribute`.
         """
-        number = self.number + 1
+        self._enter(self.number + 1)
+
+    def _enter(self, number: int) -> None:
         model, initial = self.models[number], self._initial[number]
         comm = self.simulation.comm
         self.simulation = checked_next_stage(collected(self.simulation), model, initial)
@@ -251,6 +298,8 @@ class StagedAnalysis:
             AnalysisFailed: no equilibrium with the smallest step.
             BadInput: code of the user fails, or a stage cannot begin.
         """
+        if self.is_before_first:
+            self.enter_first()
         while True:
             yield from load_steps(self.simulation, self.clock, on_iteration, on_cut)
             stopped = self.clock.stops and not self.clock.done

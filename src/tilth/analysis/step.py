@@ -157,6 +157,7 @@ def _first_state(
         return first, initial_reaction, moving
     try:
         start = np.where(constrained, conditions.increment, guess)
+        balance.begin_at_guess()
         return residual.at(start, unknowns), initial_reaction, False
     except StepFailed:
         return residual.at(zero, unknowns), initial_reaction, moving

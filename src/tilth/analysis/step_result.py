@@ -50,15 +50,17 @@ class StepResult:
         active: the grid of the step.
         equilibrium: nodal displacement and residuals; reaction of grid-line conditions.
         forces: nodal forces of each boundary on the soil [force], shape (nodes, dim), by name.
-        work: work of loads and boundaries on the soil in the step [force length].
+        work: work of loads and boundaries in the step [force length]: that of a boundary or rigid
+            body in contact is its force times its own motion.
         time: at the end of the step.
         areas: area of each implicit boundary that touches soil, at the end of the step, by name
             [length^(dim - 1), in axisymmetry length^2].
         contacts: the points of each contact surface, by the name of its boundary or rigid body.
         between_bodies: names of the contacts between bodies among them; their force is that on the
             second body.
-        friction_work: work that friction dissipates in the step [force length], >= 0.
+        friction_work: work that friction dissipates in the step [force length].
         damping_work: the same of Rayleigh damping.
+        integration_work: the same of the time integration.
         radiated_work: energy that leaves through absorbing boundaries less what comes in.
         possible_size: greatest size of a step relative to this one that keeps the declared limits
             of error and motion; infinite without limits.
@@ -75,6 +77,7 @@ class StepResult:
     between_bodies: frozenset[str] = frozenset()
     friction_work: float = 0.0
     damping_work: float = 0.0
+    integration_work: float = 0.0
     radiated_work: float = 0.0
     possible_size: float = math.inf
     relaxing: Relaxing | None = None
@@ -132,11 +135,11 @@ def result_of(
     step: PreparedStep,
     balance: Balance,
     equilibrium: Equilibrium,
-    kept: KeptContact | None = None,
+    kept: KeptContact,
 ) -> StepResult:
     """Returns the result of a converged step; call it before the step is committed.
 
-    kept: the force of contact at the end of the last step; is renewed. None without inertia.
+    kept: the force of contact at the end of the last step; is renewed.
     """
     conditions, constraints = step.conditions, step.constraints
     carried = constraints.after(equilibrium.displacement)
@@ -147,11 +150,12 @@ def result_of(
     for contact in contacts:
         total = between if contact.is_between_bodies else touching
         total += contact.carried_force()
-    if kept is not None:
-        if kept.in_work and len(kept.key) > 0:  # else there was none, or another stage
-            touching = -kept.at(balance.active)
-        loading = [forces[each.name] for each in contacts if not each.is_between_bodies]
-        kept.keep(balance.active, sum(loading, np.zeros_like(touching)))
+    slipped = [(each, each.slip_work(kept.normal.get(each.name))) for each in contacts]
+    if len(kept.key) > 0:  # else there was none, or another stage
+        touching = -kept.at(balance.active)
+    loading = [forces[each.name] for each in contacts if not each.is_between_bodies]
+    acting = sum(loading, np.zeros_like(touching))
+    kept.keep(balance.active, acting, {each.name: of.normal for each, of in slipped})
     reaction_before = constraints.reaction_before(
         equilibrium.initial_reaction,
         conditions.constrained,
@@ -162,6 +166,7 @@ def result_of(
     states = {each.name: each.state(equilibrium.displacement) for each in contacts}
     damping = (AssembledInertia, AssembledStiffnessDamping)
     damped = [term for term in balance.terms if isinstance(term, damping)]
+    inertia = [term for term in balance.terms if isinstance(term, AssembledInertia)]
     dashpots = [term for term in balance.terms if isinstance(term, AssembledDashpots)]
     result = StepResult(
         balance.active,
@@ -172,11 +177,13 @@ def result_of(
         areas=constraints.areas | {name: each.area for name, each in states.items()},
         contacts=states,
         between_bodies=frozenset(each.name for each in contacts if each.is_between_bodies),
-        friction_work=sum(each.friction_work() for each in contacts),
+        friction_work=sum(of.friction for _, of in slipped),
         damping_work=sum(each.damping_work(equilibrium.displacement) for each in damped),
+        integration_work=sum(each.integration_work(equilibrium.displacement) for each in inertia),
         radiated_work=sum(each.radiated_work(equilibrium.displacement) for each in dashpots),
     )
     twice = balance.load_before + equilibrium.load + reaction_before + result.reaction
     work = 0.5 * balance.active.work(twice, equilibrium.displacement)
+    work += sum(of.total for each, of in slipped if not each.is_between_bodies)
     forces |= {each.name: each.on_soil(equilibrium.displacement) for each in dashpots}
     return replace(result, forces=forces, work=work)

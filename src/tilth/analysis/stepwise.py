@@ -43,6 +43,7 @@ def steps(
     memory_limit: float | str | None = None,
     overwrite: bool = False,
     from_stage: tuple[Path | str, str] | None = None,
+    continues: bool = False,
     quiet: bool = True,
 ) -> Steps:
     """Runs the analysis of a model as `run` does, and gives each load step to the caller's loop.
@@ -53,19 +54,22 @@ def steps(
 
     Args:
         model: None to go on with the run in `out` from its checkpoint, as `resume` does.
-        out, threads, until, memory_limit, overwrite, from_stage: as in `run`.
+        out, threads, until, memory_limit, overwrite, from_stage, continues: as in `run`.
         quiet: whether the progress bar is left out.
 
     Raises:
-        BadInput: `overwrite` or `from_stage` is given without a model.
+        BadInput: `overwrite`, `from_stage` or `continues` is given without a model.
     """
     if model is not None:
         return Steps(
-            run_steps(model, out, threads, until, memory_limit, overwrite, from_stage, quiet)
+            run_steps(
+                model, out, threads, until, memory_limit, overwrite, from_stage, continues, quiet
+            )
         )
-    if overwrite or from_stage is not None:
-        what = "a run that is gone on with keeps its files and its stage"
-        raise BadInput(what, "leave `overwrite` and `from_stage` out, or give a model", key="model")
+    if overwrite or continues or from_stage is not None:
+        what = "a run that is gone on with keeps its files, its stage and its model"
+        remedy = "leave `overwrite`, `from_stage` and `continues` out, or give a model"
+        raise BadInput(what, remedy, key="model")
     return Steps(resume_steps(out, threads, until, memory_limit, quiet))
 
 

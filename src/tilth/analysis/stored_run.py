@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -30,7 +31,7 @@ from tilth.output.folder import (
 )
 from tilth.output.history import Mark
 
-CHECKPOINT_FORMAT = 5
+CHECKPOINT_FORMAT = 6
 """Version of what a checkpoint contains."""
 
 _Seconds = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
@@ -70,6 +71,14 @@ class EnergySums(_Plain):
     friction: _Energy
     damping: _Energy
     radiated: _Energy
+    integration: _Energy
+
+
+class EarlierOutputs(_Plain):
+    """The outputs of a run that went on with another model, up to the total time `until`."""
+
+    until: Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+    times: list[Annotated[float, Field(ge=0.0, allow_inf_nan=False)]]
 
 
 class Progress(_Plain):
@@ -87,6 +96,7 @@ class Progress(_Plain):
         boundaries: the same of boundaries.csv; zeros without that file.
         energy_rows: the same of energies.csv.
         outputs: step and check sum of each output up to the step.
+        earlier_outputs: the first of them, where they are those of an earlier model; else None.
         seconds: time taken so far.
     """
 
@@ -101,6 +111,7 @@ class Progress(_Plain):
     boundaries: tuple[_Number, _Number]
     energy_rows: tuple[_Number, _Number]
     outputs: list[tuple[_Number, _Number]]
+    earlier_outputs: EarlierOutputs | None = None
     seconds: TimeTaken
 
 
@@ -140,8 +151,13 @@ class StoredRun:
         arrays, meta = read_checkpoint(checkpoint)
         progress = _progress(checkpoint, meta)
         known = (progress.model, progress.next_model)
-        if zlib.crc32((folder / MODEL).read_bytes()) not in known:
-            raise BadInput(f"{folder / MODEL} was changed after the run began", RESTORE)
+        if _checksums(folder / MODEL).isdisjoint(known):
+            remedy = (
+                "restore it from a copy; to go on with a later end, further stages, or other loads "
+                f"from here on, change the case file: tilth run CASE.toml --continue {folder}"
+            )
+            raise BadInput(f"{folder / MODEL} was changed after the run began", remedy)
+        progress = _in_schedule(progress, model)
         _check_clock(checkpoint, progress, model)
         kept = progress.history, progress.boundaries, progress.energy_rows
         marks = (Mark(*each) for each in kept)
@@ -210,6 +226,29 @@ def _progress(file: Path, meta: Mapping[str, Any]) -> Progress:
         ) from None
 
 
+def _checksums(file: Path) -> set[int]:
+    """Returns the check sum of model.json, and that of its entries as tilth writes them."""
+    content = file.read_bytes()
+    rewritten = json.dumps(json.loads(content), indent=1).encode()
+    return {zlib.crc32(content), zlib.crc32(rewritten)}
+
+
+def _in_schedule(progress: Progress, model: Model) -> Progress:
+    """Returns the progress of a run in the schedule of the model with which it goes on from there.
+
+    Its last time may differ from one of the new schedule by round-off, and its step may be larger.
+    """
+    if progress.earlier_outputs is None or progress.stage >= len(model.of_stages):
+        return progress
+    of_stage, clock = model.of_stages[progress.stage], progress.clock
+    schedule = of_stage.schedule
+    time = schedule.snapped(clock.time)
+    if of_stage.stage.start + time != progress.earlier_outputs.until:
+        return progress  # it has gone on since
+    here = clock.model_copy(update={"time": time, "size": min(clock.size, schedule.first_step)})
+    return progress.model_copy(update={"clock": here})
+
+
 def _check_clock(file: Path, progress: Progress, model: Model) -> None:
     if progress.stage >= len(model.of_stages):
         problem = f"{file}: stage = {progress.stage} is more than the model has"
@@ -231,7 +270,9 @@ def _check_outputs(file: Path, progress: Progress, model: Model) -> None:
     """
     results, clock = read_results(file), progress.clock
     total = model.of_stages[progress.stage].stage.start + clock.time
-    due = [0.0, *(time for time in output_times(model) if time <= total)]
+    earlier = progress.earlier_outputs
+    first, since = ([0.0], 0.0) if earlier is None else (earlier.times, earlier.until)
+    due = [*first, *(time for time in output_times(model) if since < time <= total)]
     if clock.relaxing and due[-1] == total:
         due.pop()
     found = [output for output in results.outputs if output[0] <= clock.step]

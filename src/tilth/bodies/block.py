@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
 from tilth.arrays import Floats
-from tilth.bodies.elements import Element
+from tilth.bodies.elements import Brick, Element
 from tilth.bodies.request import Request
 from tilth.errors import BadInput
 
@@ -59,3 +60,20 @@ class Block:
             "save it again",
             "shape.file",
         )
+
+
+def simplices(block: Block) -> Floats:
+    """Returns the corners of the triangles or tetrahedra of a block, shape (n, d + 1, d)."""
+    dimension = block.corners.shape[2]
+    if not isinstance(block.element, Brick):
+        return block.corners
+    number = {tuple(corner): i for i, corner in enumerate(block.element.corner.tolist())}
+    found = []
+    for order in itertools.permutations(range(dimension)):
+        corner = [-1] * dimension
+        chosen = [number[tuple(corner)]]
+        for axis in order:
+            corner[axis] = 1
+            chosen.append(number[tuple(corner)])
+        found.append(block.corners[:, chosen])
+    return np.concatenate(found)

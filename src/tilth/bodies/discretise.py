@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tilth.bodies.box import box_points
+from tilth.bodies.filling import require_filled
 from tilth.bodies.forms import WithHoles, form_of
 from tilth.bodies.holes import without_holes
 from tilth.bodies.holes_in_space import without_holes_in_space
@@ -66,6 +67,7 @@ def discretise(body: Body, kind: str, grid: Grid) -> BodyPoints:
     if isinstance(form, DeclaredShape) and form.cavities():
         points = without_holes(points, form, request)
     request.check_distance(points)
+    require_filled(points, request)
     rotated = points.frame is not None and request.has_corners
     if not request.axisymmetric or rotated or points.corner is not None:
         return points

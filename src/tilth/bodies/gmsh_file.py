@@ -33,7 +33,7 @@ def read_gmsh(file: Path, refused: Callable[[str, str], BadInput]) -> Any:
     if not file.is_file():
         raise refused("there is no such file", "check the name and the folder")
     try:
-        return meshio.gmsh.read(file)
+        mesh = meshio.gmsh.read(file)
     except (
         meshio.ReadError,
         OSError,
@@ -52,6 +52,38 @@ def read_gmsh(file: Path, refused: Callable[[str, str], BadInput]) -> Any:
             problem = "cannot be read: some of its elements are in a physical group, others in none"
             remedy = "save it without Mesh.SaveAll, or in format 2.2 (Mesh.MshFileVersion)"
         raise refused(problem, remedy) from error
+    unknown = _without_node(file) or any((np.asarray(c.data) < 0).any() for c in mesh.cells)
+    if unknown:
+        which = unknown if isinstance(unknown, str) else "an element"
+        problem = f"{which} has a node that the file does not have"
+        raise refused(problem, "number nodes from 1 and list each in the file, or save it again")
+    return mesh
+
+
+def _without_node(file: Path) -> str:
+    """Returns which element of a text file has a node with the number 0, "" for none.
+
+    Such a number is none of a node, but meshio takes the last node for it.
+    """
+    with file.open("rb") as stream:
+        start = stream.read(64).split()
+    if start[:1] != [b"$MeshFormat"] or len(start) < 3 or start[2] != b"0":
+        return ""  # binary
+    text = file.read_text(encoding="utf-8", errors="replace")
+    lines = iter(text.partition("$Elements")[2].partition("$EndElements")[0].split("\n")[1:])
+    old = float(start[1]) < 4.0
+    next(lines, "")  # how many there are
+    left = 0
+    for line in lines:
+        entry = line.split()
+        if not old and left == 0:
+            left = int(entry[3]) if len(entry) == 4 else 0
+            continue
+        left -= 1
+        nodes = entry[3 + int(entry[2]) :] if old and len(entry) > 3 else entry[1:]
+        if "0" in nodes:
+            return f"element {entry[0]}"
+    return ""
 
 
 def group_names(mesh: Any, dimension: int) -> dict[int, str]:

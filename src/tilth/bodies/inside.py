@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -11,8 +10,7 @@ from typing import Any
 import numpy as np
 
 from tilth.arrays import Flags, Floats, Integers
-from tilth.bodies.block import Block
-from tilth.bodies.elements import Brick
+from tilth.bodies.block import Block, simplices
 from tilth.bodies.forms import Form, WithHoles
 from tilth.bodies.mesh import Elements
 from tilth.bodies.polyhedron import Polyhedron
@@ -87,23 +85,6 @@ def _in_ring(shape: Cylinder | Sphere, offset: Floats) -> Flags:
     signs = np.asarray(side_signs(shape.sides))
     on_sides = (offset * signs >= 0.0).all(axis=1)
     return np.asarray((radius <= shape.radius) & (radius >= (shape.inner_radius or 0.0)) & on_sides)
-
-
-def simplices(block: Block) -> Floats:
-    """Returns the corners of the triangles or tetrahedra of a block, shape (n, d + 1, d)."""
-    dimension = block.corners.shape[2]
-    if not isinstance(block.element, Brick):
-        return block.corners
-    number = {tuple(corner): i for i, corner in enumerate(block.element.corner.tolist())}
-    found = []
-    for order in itertools.permutations(range(dimension)):
-        corner = [-1] * dimension
-        chosen = [number[tuple(corner)]]
-        for axis in order:
-            corner[axis] = 1
-            chosen.append(number[tuple(corner)])
-        found.append(block.corners[:, chosen])
-    return np.concatenate(found)
 
 
 def _in_simplices(simplices: Floats, position: Floats) -> Flags:

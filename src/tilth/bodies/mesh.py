@@ -14,6 +14,7 @@ from tilth.arrays import Floats
 from tilth.bodies.block import Block
 from tilth.bodies.elements import ELEMENTS
 from tilth.bodies.gmsh_file import FLATNESS_TOLERANCE, group_names, group_tags, read_gmsh
+from tilth.bodies.overlapping_elements import require_elements_apart
 from tilth.bodies.request import BodyPoints, Request
 from tilth.bodies.tiling import spacing_of, tile_points
 from tilth.errors import BadInput
@@ -59,12 +60,15 @@ def mesh_points(form: Elements, request: Request) -> BodyPoints:
     are in the order of the elements. Elements of lower dimension (the mesh of the outline) are not
     used. Domains with corners tile the elements instead, see `tile_points`.
     Raises BadInput for a file that cannot be read or contains no such elements, and for degenerate,
-    inverted or repeated elements.
+    inverted, repeated or overlapping elements.
     """
     dimension = len(request.cell_size)
     blocks, measures = measured_blocks(form, request)
     if request.has_corners:
-        return tile_points(blocks, measures, request)
+        tiles = tile_points(blocks, measures, request)
+        require_elements_apart(blocks, form.file, request)  # after refusals of single elements
+        return tiles
+    require_elements_apart(blocks, form.file, request)
     spacings = [spacing_of(block, request) for block in blocks]
     cuts = [
         np.maximum(np.rint((m / spacing.prod(axis=1)) ** (1.0 / dimension)), 1.0)

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from tilth.arrays import Flags, Floats, Integers
 from tilth.bodies.lattice import anchored_axes, cut_lattice
 from tilth.bodies.request import BodyPoints, Request
 from tilth.bodies.stl_file import closed_surface, read_stl
+from tilth.bodies.vertical_lines import Crossed, crossed, crossed_by_lines, pairs
 from tilth.errors import BadInput
 from tilth.model import Stl
 from tilth.model.shape_base import Bounds
@@ -22,9 +22,6 @@ OUTLINE_TOLERANCE = 1e-6
 
 SHIFT = (1.0e-9, 0.7e-9)
 """Shift of vertical lines over the extent of the body, off the edges of its triangles."""
-
-PAIRS_PER_BATCH = 1_000_000
-"""Pairs of triangles and lines that are compared at once, about, to bound the memory."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +47,7 @@ class Polyhedron:
         """Returns the volume [length^3]."""
         return self.volume
 
-    def crossings(self, place: Floats) -> tuple[Integers, Floats, Floats]:
+    def crossings(self, place: Floats) -> Crossed:
         """Returns where vertical lines at places in plan (n, 2) cross the surface.
 
         Returns:
@@ -59,16 +56,8 @@ class Polyhedron:
         """
         extent = float(np.ptp(self.vertices, axis=0).max())
         at = place + extent * np.array(SHIFT)
-        order = np.argsort(at[:, 0], kind="stable")
-        x, corner = at[order, 0], self.vertices[self.triangle]
-        first = np.searchsorted(x, corner[..., 0].min(axis=1), side="left")
-        stop = np.searchsorted(x, corner[..., 0].max(axis=1), side="right")
-        found = [
-            (order[line[hit]], height, sign)
-            for triangle, line in _pairs(first, stop)
-            for hit, height, sign in [_crossed(corner[triangle], at[order[line]])]
-        ]
-        return _joined(found)
+        line, _, height, sign = crossed_by_lines(self.vertices[self.triangle], at)
+        return line, height, sign
 
     def inside(self, position: Floats) -> Flags:
         """Returns which positions (n, 3) are inside: lines from them leave once more than enter."""
@@ -114,7 +103,7 @@ def polyhedron_points(form: Polyhedron, request: Request) -> BodyPoints:
     return cut_lattice(request, axes, sizes, inside.transpose(2, 0, 1), form.volume)
 
 
-def _in_columns(corner: Floats, x: Floats, y: Floats) -> tuple[Integers, Floats, Floats]:
+def _in_columns(corner: Floats, x: Floats, y: Floats) -> Crossed:
     """Returns columns y x of a lattice (x fastest) that cross triangles, as `crossings` does."""
     ends = [
         (
@@ -126,45 +115,11 @@ def _in_columns(corner: Floats, x: Floats, y: Floats) -> tuple[Integers, Floats,
     (left, right), (near, far) = ends
     wide = right - left
     found = []
-    for triangle, number in _pairs(np.zeros_like(wide), wide * (far - near)):
+    for triangle, number in pairs(np.zeros_like(wide), wide * (far - near)):
         row, column = np.divmod(number, wide[triangle])
         row, column = row + near[triangle], column + left[triangle]
         place = np.column_stack([x[column], y[row]])
-        hit, height, sign = _crossed(corner[triangle], place)
+        hit, height, sign = crossed(corner[triangle], place)
         found.append(((row * len(x) + column)[hit], height, sign))
-    return _joined(found)
-
-
-def _pairs(first: Integers, stop: Integers) -> Iterator[tuple[Integers, Integers]]:
-    """Yields, in batches, pairs of a row number and each number from `first` to before `stop`."""
-    count = np.maximum(stop - first, 0)
-    batch = np.cumsum(count) // PAIRS_PER_BATCH
-    for rows in np.split(np.arange(len(count)), np.flatnonzero(np.diff(batch)) + 1):
-        own = count[rows]
-        row = np.repeat(rows, own)
-        yield row, first[row] + np.arange(len(row)) - np.repeat(np.cumsum(own) - own, own)
-
-
-def _crossed(corner: Floats, place: Floats) -> tuple[Integers, Floats, Floats]:
-    """Returns which triangles (n, 3, 3) the vertical line at its place (n, 2) crosses, and where.
-
-    Returns:
-        Numbers of the pairs, heights, and signs as of `Polyhedron.crossings`.
-    """
-    first, edge, other = corner[:, 0], corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
-    to = place - first[:, :2]
-    turn = edge[:, 0] * other[:, 1] - edge[:, 1] * other[:, 0]
-    some = np.where(turn == 0.0, 1.0, turn)  # a vertical triangle is not crossed
-    u = (to[:, 0] * other[:, 1] - to[:, 1] * other[:, 0]) / some
-    v = (edge[:, 0] * to[:, 1] - edge[:, 1] * to[:, 0]) / some
-    hit = np.flatnonzero((turn != 0.0) & (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0))
-    height = first[hit, 2] + u[hit] * edge[hit, 2] + v[hit] * other[hit, 2]
-    return hit, height, np.sign(turn[hit])
-
-
-def _joined(
-    found: list[tuple[Integers, Floats, Floats]],
-) -> tuple[Integers, Floats, Floats]:
-    """Returns the parts of crossings as one."""
     line, height, sign = (np.concatenate(each) for each in zip(*found, strict=True))
     return line, height, sign

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from tilth.arrays import Floats, Integers
+from tilth.bodies.covering import require_shells_nested
 from tilth.errors import BadInput
 
 # Corners nearer than this, relative to the largest extent or coordinate, are merged: the precision
@@ -23,7 +24,8 @@ def closed_surface(corner: Floats) -> tuple[Floats, Integers, float]:
     """Returns vertices (m, 3), triangles (n, 3) with outward normals, and the volume inside.
 
     corner: coordinates of the triangles' corners (n, 3, 3) [length].
-    Raises BadInput, without key, if the surface is not closed or encloses no volume.
+    Raises BadInput, without key, if the surface is not closed, encloses no volume, or encloses a
+    place more than once or less than not at all.
     """
     corner = np.asarray(corner, dtype=np.float64)
     if not len(corner) or not np.isfinite(corner).all():
@@ -49,6 +51,7 @@ def closed_surface(corner: Floats) -> tuple[Floats, Integers, float]:
         )
     if volume < 0.0:
         node = node[:, ::-1]
+    require_shells_nested(vertex, node)
     return vertex, node, abs(float(volume))
 
 

@@ -15,9 +15,8 @@ from typing import Any
 import numpy as np
 
 from tilth.arrays import Floats, Integers
-from tilth.bodies.block import Block
+from tilth.bodies.block import Block, simplices
 from tilth.bodies.forms import Form, WithHoles
-from tilth.bodies.inside import simplices
 from tilth.bodies.mesh import Elements
 from tilth.bodies.polyhedron import Polyhedron
 from tilth.bodies.terrain import HeightField

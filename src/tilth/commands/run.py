@@ -36,6 +36,14 @@ from tilth.errors import BadInput
     metavar="DIR:STAGE",
     help="Go on from the end of a stage of the run in DIR; the stages up to it must be the same.",
 )
+@click.option(
+    "--continue",
+    "going_on",
+    type=click.Path(path_type=Path),
+    metavar="DIR",
+    help="Let the run in DIR, finished or not, go on with this case, which may differ in what is "
+    "still to come only: a later end, later rows of tables, further stages, output.",
+)
 @QUIET
 def run(
     case: Path,
@@ -45,6 +53,7 @@ def run(
     memory_limit: str | None,
     overwrite: bool,
     start: str | None,
+    going_on: Path | None,
     quiet: bool,
 ) -> None:
     """Run the analysis of a case file.
@@ -56,7 +65,10 @@ def run(
     model = load_case(case)
     if not quiet:
         say_what_runs(model.functions, model.user_laws)
-    folder = folder_of_results(case, out)
+    if going_on is not None and (out is not None or overwrite or start is not None):
+        what = "does not go with --out, --overwrite or --from: the run goes on in its own folder"
+        raise BadInput(f"--continue {what}", f"tilth run {case} --continue {going_on}")
+    folder = folder_of_results(case, out) if going_on is None else going_on
     from tilth.analysis import run as analysis
     from tilth.analysis.from_stage import parse_start
 
@@ -69,6 +81,7 @@ def run(
             until=until,
             memory_limit=memory_limit,
             overwrite=overwrite,
+            continues=going_on is not None,
             quiet=quiet,
         )
     except KeyboardInterrupt:

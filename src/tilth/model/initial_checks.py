@@ -12,6 +12,7 @@ from tilth.model.cam_clay import ModifiedCamClay
 from tilth.model.initial import JAKY, AtRest, GivenStress, GravityStress
 from tilth.model.problems import dotted, unknown_name
 from tilth.model.soils import DruckerPrager, MohrCoulomb
+from tilth.model.staging import placed_later
 
 if TYPE_CHECKING:
     from tilth.model.model import Model
@@ -21,6 +22,7 @@ def initial_problems(model: Model) -> Iterator[Problem]:
     """Yields what is wrong with the initial stress and velocity."""
     yield from _entries(model)
     yield from _velocities(model)
+    later = placed_later(model)
     for i, body in enumerate(model.bodies):
         entry = model.initial.of(body.name)
         for key, name in zip(body.material_keys(), body.materials, strict=True):
@@ -28,7 +30,11 @@ def initial_problems(model: Model) -> Iterator[Problem]:
             if material is None or not material.needs_stress:
                 continue
             what = f"a material of the model {material.model!r} cannot be without stress"
-            if entry is None:
+            if body.name in later:
+                what += ", but a stage places this body, without stress"
+                remedy = "place another material; exchange it for this one in a later stage"
+                yield Problem(f"bodies[{i}].{key}", what, remedy, name)
+            elif entry is None:
                 remedy = f"add an entry [[initial.stress]] with body = {body.name!r}"
                 yield Problem(f"bodies[{i}].{key}", what, remedy, name)
             elif isinstance(entry[1], GravityStress):
@@ -44,6 +50,7 @@ def _entries(model: Model) -> Iterator[Problem]:
     bodies = {body.name: body for body in model.bodies}
     numbers: dict[str, int] = {}
     components = 6 if model.dimension == 3 else 4
+    later = placed_later(model)
     for i, entry in enumerate(model.initial.stress):
         key = f"initial.stress[{i}]"
         if entry.body not in bodies:
@@ -51,6 +58,10 @@ def _entries(model: Model) -> Iterator[Problem]:
         if numbers.setdefault(entry.body, i) != i:
             what = f"has its stress from initial.stress[{numbers[entry.body]}] already"
             yield Problem(f"{key}.body", what, "keep one entry for each body", entry.body)
+        if entry.body in later:
+            what = "is placed by a stage, without stress"
+            remedy = "leave this entry out, or do not activate the body: it is then there at first"
+            yield Problem(f"{key}.body", what, remedy, entry.body)
         if isinstance(entry, GivenStress) and len(entry.stress) != components:
             order = "xx, yy, zz, xy" + (", yz, xz" if components == 6 else "")
             what = f"has {len(entry.stress)} components, expected {components}"

@@ -159,6 +159,12 @@ class Schedule(Declared):
             times = {self.regular_time(round(last * k / 10)) for k in range(1, 10)} - {0.0}
         return tuple(sorted(times | {self.end}))
 
+    def snapped(self, time: float) -> float:
+        """Returns the regular time or time of output that equals `time` to round-off, or `time`."""
+        events = (self._snapped(time), *self.times_of_output())
+        nearest = min(events, key=lambda event: abs(event - time))
+        return nearest if abs(time - nearest) <= _ROUND_OFF * self.first_step else time
+
     def _snapped(self, time: float) -> float:
         """Returns the regular time that equals `time` to round-off, or `time` itself."""
         nearest = self.regular_time(round(time / self.first_step))

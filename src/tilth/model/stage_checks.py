@@ -3,17 +3,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tilth.errors import Problem
+from tilth.model.cam_clay import ModifiedCamClay
+from tilth.model.initial import AtRest
+from tilth.model.initial_checks import at_rest_of
+from tilth.model.loads import BodyForce
 from tilth.model.problems import unknown_name
 from tilth.model.rigid_bodies import RigidBody
 from tilth.model.stages import MOST_STAGES, Stage, StrengthReductionStage
 from tilth.model.staging import (
     BOUNDARIES,
+    changes_initial_state,
     first_mentions,
     is_nameless,
     loading_stages,
@@ -90,8 +95,12 @@ def stage_problems(model: Model) -> Iterator[Problem]:
                 yield Problem(f"{key}.materials", what, remedy, old)
         used = {stage.materials.get(name, name) for name in used}
         yield from _excavation_problems(model, key, stage, before)
-        if index == 0 and stage.release is not None:
-            what = "has no meaning in the first stage, which changes nothing"
+        if (
+            index == 0
+            and stage.release is not None
+            and not (model.initial.stress and changes_initial_state(model, stage))
+        ):
+            what = "has no meaning in the first stage, which changes no soil that is stressed"
             yield Problem(f"{key}.release", what, "leave it out")
         if stage.release is not None and stage.release[-1][0] > stage.schedule.end:
             what = f"ends after the stage, which ends at {stage.schedule.end:g}"
@@ -186,12 +195,16 @@ def _lost_velocities(of_stage: Model, stage: Stage, begun: set[str]) -> Iterator
 
 def problems_in_stages(model: Model) -> Iterator[Problem]:
     """Yields what does not fit together in the model of a stage; its own entries are right."""
-    from tilth.model.checks import problems_of_stage
-
     held: dict[str, float] = {}
     complained: list[int] = []
     begun: set[str] = set()
-    for of_stage in stage_models(model):
+    models = stage_models(model)
+    before = models[0].stage.initial
+    if models[0].stage.follows and before is not None:
+        yield from _initial_problems(model, before)
+        yield from _state_problems(before, complained)
+    yield from _exchange_problems(model, models)
+    for of_stage in models:
         key, stage = of_stage.stage.key, of_stage.stage.declared
         assert stage is not None
         yield from _lost_velocities(of_stage, stage, begun)
@@ -208,30 +221,100 @@ def problems_in_stages(model: Model) -> Iterator[Problem]:
                 remedy = f"begin the table with [0, {expected:g}]: the boundary cannot jump"
                 yield Problem(f"{key}.factors", what, remedy, boundary.name)
             held[boundary.name] = of_stage.load_curve(boundary).factor(stage.schedule.end)
-        for i, load in of_stage.acting_loads():
-            body = getattr(load, "body", None)
-            if body is None or of_stage.present(body) or i in complained:
-                continue
-            complained.append(i)
-            if load.name is None:
-                what = f"a load acts on the body {body!r}, which is not there in this stage"
-                remedy = f"give `loads[{i}]` a name, to activate and deactivate it with its body"
-            else:
+        yield from _state_problems(of_stage, complained)
+
+
+def _state_problems(of_stage: Model, complained: list[int]) -> Iterator[Problem]:
+    """Yields what does not fit together in a stage, or in the initial state.
+
+    complained: numbers of the loads that were complained of; those of now are added.
+    """
+    from tilth.model.checks import problems_of_stage
+
+    key = of_stage.stage.key
+    when = "in this stage" if of_stage.stage.initial else "in the initial state, before this stage"
+    for i, load in of_stage.acting_loads():
+        body = getattr(load, "body", None)
+        if body is None or of_stage.present(body) or i in complained:
+            continue
+        complained.append(i)
+        if load.name is None:
+            what = f"a load acts on the body {body!r}, which is not there {when}"
+            remedy = f"give `loads[{i}]` a name, to activate and deactivate it with its body"
+        else:
+            what = f"the load {load.name!r} acts on the body {body!r}, which is not there {when}"
+            remedy = "activate and deactivate it together with this body"
+        yield Problem(key, what, remedy, body)
+    follow = of_stage.grid.follow
+    if follow is not None and all(b.name != follow.boundary for b in of_stage.boundaries):
+        what = f"the grid follows the boundary {follow.boundary!r}, which does not act"
+        yield Problem(key, what, "keep this boundary, or let the grid rest", follow.boundary)
+        return
+    if not of_stage.present_bodies:
+        yield Problem(key, "no body is left", "keep at least one body")
+        return
+    for problem in problems_of_stage(of_stage):
+        where = f" (in {problem.key})" if problem.key != "boundaries" else ""
+        what = f"{problem.problem}{where}, {when}"
+        yield Problem(key, what, problem.remedy, problem.value)
+
+
+def _initial_problems(model: Model, initial: Model) -> Iterator[Problem]:
+    """Yields what is wrong with the initial state that the first stage changes.
+
+    initial: its model.
+    """
+    stage, key = loading_stages(model)[0][1], initial.stage.key
+    if not model.initial.stress:
+        return
+    acting = [load for _, load in initial.acting_loads()]
+    heavy = any(isinstance(load, BodyForce) for load in acting)
+    for load in model.loads:
+        if isinstance(load, BodyForce) and load.name in stage.activate and not heavy:
+            what = f"{load.name!r} does not act yet in the initial state, whose stress it causes"
+            remedy = "leave it out: what no stage activates is there from the start"
+            yield Problem(f"{key}.activate", what, remedy, load.name)
+    for load in acting:
+        if load.name in stage.deactivate and not initial.load_curve(load).factor(0.0):
+            what = (
+                f"the load {load.name!r} is removed before it has acted: its factor at time 0 is 0"
+            )
+            remedy = "give it its whole factor from the start, factor = [[0, 1], [1, 1]]"
+            yield Problem(f"{key}.deactivate", what, remedy, load.name)
+    bodies = [each.body for each in model.initial.velocity]
+    bodies += [
+        body.name
+        for body in initial.rigid_bodies
+        if np.any(body.velocity or 0.0) or np.any(body.angular_velocity or 0.0)
+    ]
+    if stage.inertia and model.analysis.inertia is not None and bodies:
+        what = (
+            f"{bodies[0]!r} begins to move in this stage, which changes the soil at its start too"
+        )
+        remedy = "put a stage before it, in which it begins to move"
+        yield Problem(key, what, remedy)
+
+
+def _exchange_problems(model: Model, models: Sequence[Model]) -> Iterator[Problem]:
+    """Yields exchanged materials of Cam Clay that nothing gives a preconsolidation."""
+    seen: set[str] = set()
+    for of_stage in models:
+        for before, after in zip(model.bodies, of_stage.bodies, strict=True):
+            found = model.initial.of(before.name)
+            for old, new in zip(before.materials, after.materials, strict=True):
+                law, ratio = model.materials[new], None
+                if found is not None and isinstance(found[1], AtRest):
+                    ratio = at_rest_of(found[1], old)[1]
+                if old == new or new in seen or not isinstance(law, ModifiedCamClay):
+                    continue
+                if law.has_preconsolidation or ratio is not None:
+                    continue
+                seen.add(new)
                 what = (
-                    f"the load {load.name!r} acts on the body {body!r}, "
-                    "which is not there in this stage"
+                    f"the material {new!r}, which stands for {old!r} here, has no preconsolidation"
                 )
-                remedy = "activate and deactivate it together with this body"
-            yield Problem(key, what, remedy, body)
-        follow = of_stage.grid.follow
-        if follow is not None and all(b.name != follow.boundary for b in of_stage.boundaries):
-            what = f"the grid follows the boundary {follow.boundary!r}, which does not act"
-            yield Problem(key, what, "keep this boundary, or let the grid rest", follow.boundary)
-            continue
-        if not of_stage.present_bodies:
-            yield Problem(key, "no body is left", "keep at least one body")
-            continue
-        for problem in problems_of_stage(of_stage):
-            where = f" (in {problem.key})" if problem.key != "boundaries" else ""
-            what = f"{problem.problem}{where}, in this stage"
-            yield Problem(key, what, problem.remedy, problem.value)
+                remedy = (
+                    f"give materials.{new} exactly one of `overconsolidation_ratio` and "
+                    "`preconsolidation_pressure`"
+                )
+                yield Problem(f"{of_stage.stage.key}.materials", what, remedy, new)

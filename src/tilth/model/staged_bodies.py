@@ -53,6 +53,21 @@ def in_stage(
     return BaseModel.model_copy(body, update=changes), jump
 
 
+def at_start(body: RigidBody, stage: Stage) -> RigidBody:
+    """Returns a rigid body as it is at time 0, before the first stage, and as it stays there."""
+    now, _ = in_stage(body, stage, None, 0.0)
+    changes: dict[str, Any] = {
+        key: _held(getattr(now, key), 0.0)
+        for key in ("displacement", "rotation", "force", "moment")
+    }
+    for key, numbers in (
+        ("factor", body.has_motion_numbers), ("force_factor", body.has_force_numbers)
+    ):  # fmt: skip
+        if numbers:
+            changes[key] = ((0.0, LoadCurve(getattr(now, key)).factor(0.0)),)
+    return BaseModel.model_copy(now, update=changes)
+
+
 def _held(entry: Any, end: float) -> Any:
     """Returns numbers as they are, and in place of each table its value at the end."""
     if isinstance(entry, Mapping):

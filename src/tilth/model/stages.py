@@ -96,6 +96,10 @@ class Stage(Declared):
 
     Forces that are out of balance after the changes, such as those of removed soil on what remains
     and the weight of new soil, are held at first and released over the stage, as `release` says.
+
+    The first stage changes the initial state: with a stress at the start, its equilibrium is found
+    before these changes, with the materials, soil, boundaries and water that are there without
+    them.
     """
 
     type: Literal["loading"] = "loading"

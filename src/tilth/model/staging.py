@@ -20,7 +20,7 @@ from tilth.model.implicit import ImplicitBoundary
 from tilth.model.load_curve import LoadCurve
 from tilth.model.loads import Load
 from tilth.model.rigid_bodies import RigidBody
-from tilth.model.staged_bodies import in_stage
+from tilth.model.staged_bodies import at_start, in_stage
 from tilth.model.stages import Stage, StrengthReductionStage
 
 if TYPE_CHECKING:
@@ -30,6 +30,9 @@ Rows = tuple[tuple[float, float], ...]
 
 BOUNDARIES = (PlaneBoundary, NodeBoundary, ImplicitBoundary, AffineBoundary, RigidBody)
 """Types of all boundaries and of rigid bodies, which tell them from loads."""
+
+CHANGES = ("activate", "deactivate", "excavate", "materials", "water", "grid", "reset")
+"""Entries of a stage that change something at its start."""
 
 
 @dataclass(frozen=True)
@@ -48,6 +51,10 @@ class StageOfModel:
         absent_loads: numbers of the loads that do not act.
         boundary_keys: where each boundary stands in the case file, by name.
         rigid_body_keys: the same of rigid bodies.
+        initial: model of the initial state, see `initial_model`; None in itself and without stages.
+        follows: whether there is something before that the stage changes: another stage, or an
+            initial state that the first stage does not begin with.
+        releases: whether forces that its changes leave out of balance are released over it.
     """
 
     number: int = 0
@@ -60,6 +67,9 @@ class StageOfModel:
     absent_loads: frozenset[int] = frozenset()
     boundary_keys: Mapping[str, str] | None = None
     rigid_body_keys: Mapping[str, str] | None = None
+    initial: Model | None = None
+    follows: bool = False
+    releases: bool = False
 
     @property
     def key(self) -> str:
@@ -73,7 +83,7 @@ class StageOfModel:
 
     def begins(self, name: str) -> bool:
         """Returns whether a boundary or rigid body that is there was not in the stage before."""
-        return self.number == 0 or self.declared is None or name in self.declared.activate
+        return not self.follows or self.declared is None or name in self.declared.activate
 
 
 def loading_stages(model: Model) -> list[tuple[int, Stage]]:
@@ -107,10 +117,8 @@ def first_mentions(stages: Iterable[Stage]) -> dict[str, str]:
 
 def stage_models(model: Model) -> tuple[Model, ...]:
     """Returns the model of each stage of a model with stages."""
-    stages = loading_stages(model)
-    mentions = first_mentions(stage for _, stage in stages)
-    later = {name for name, first in mentions.items() if first == "activate"}
-    acting = _names(model) - later
+    stages, initial = loading_stages(model), initial_model(model)
+    acting = _names(model) - placed_later(model)
     bodies = {body.name for body in model.bodies}
     held: dict[str, float] = {}
     materials: dict[str, str] = {}
@@ -129,6 +137,8 @@ def stage_models(model: Model) -> tuple[Model, ...]:
             if ending and getattr(declared, "body", None) in bodies - acting:
                 ending = False  # the load goes with its body
             if name in acting or (ending and name in before):
+                if ending and number == 0:
+                    held[name] = _factor_at_start(declared, name, stage)
                 last, table = held.get(name), _table(declared, name, stage, held.get(name), ending)
                 if (
                     last is not None
@@ -147,6 +157,8 @@ def stage_models(model: Model) -> tuple[Model, ...]:
         materials |= {old: new for old, new in stage.materials.items() if old not in materials}
         if stage.water is not None:
             last_level = stage.water.level if water is None else water.level
+            if initial.water is not None and number == 0:
+                last_level = initial.water.level
             water = copied(stage.water, initial_level=last_level)
         elif water is not None and number > 0:
             held_factor = LoadCurve(water.factor or ((0.0, 1.0),)).factor(last_end)
@@ -159,13 +171,66 @@ def stage_models(model: Model) -> tuple[Model, ...]:
             grid = copied(grid, cell_size=stage.grid.cell_size, origin=origin)
         found.append(
             _model_of(
-                model, number, stage, start, acting, tables, tuple(jumps),
+                model, number, stage, start, acting, tables, tuple(jumps), initial,
                 bodies=_with_materials(model, materials), water=water, grid=grid,
                 rigid_bodies=tuple(rigid.values()),
             )
         )  # fmt: skip
         start += end
     return tuple(found)
+
+
+def initial_model(model: Model) -> Model:
+    """Returns the model of the state in which the soil is before the first stage changes it.
+
+    What no stage activates first is there, as it is at time 0, and stays so: loads and water have
+    their factors at that time.
+    """
+    stage, acting = loading_stages(model)[0][1], _names(model) - placed_later(model)
+    tables: dict[str, Rows] = {
+        name: ((0.0, _factor_at_start(declared, name, stage)),)
+        for name, declared in named_items(model)
+        if name in acting and not isinstance(declared, RigidBody)
+    }
+    water = model.water
+    if water is not None:
+        level = water.level if water.initial_level is None else water.initial_level
+        factor = LoadCurve(water.factor or ((0.0, 1.0),)).factor(0.0)
+        water = copied(water, level=level, initial_level=None, factor=((0.0, factor),))
+    unchanged: dict[str, Any] = {
+        name: Stage.model_fields[name].get_default(call_default_factory=True)
+        for name in (*CHANGES, "factors", "force_factors", "release")
+    }
+    return _model_of(
+        model, 0, copied(stage, **unchanged), 0.0, acting, tables, (), None,
+        bodies=model.bodies, water=water, grid=model.grid,
+        rigid_bodies=tuple(
+            at_start(body, stage) for body in model.rigid_bodies if body.name in acting
+        ),
+    )  # fmt: skip
+
+
+def placed_later(model: Model) -> set[str]:
+    """Returns the names of what a stage activates before any removes it: it is not there at first.
+
+    Empty without stages.
+    """
+    mentions = first_mentions(stage for _, stage in loading_stages(model))
+    return {name for name, first in mentions.items() if first == "activate"}
+
+
+def _factor_at_start(declared: Any, name: str, stage: Stage) -> float:
+    """Returns the factor of a load or boundary at time 0, before the first stage."""
+    return float(LoadCurve(_table(declared, name, stage, None, False)).factor(0.0))
+
+
+def changes_initial_state(model: Model, first: Stage) -> bool:
+    """Whether the state at the start of the first stage is not the initial one.
+
+    Without a stress at the start only an excavated region makes a difference.
+    """
+    changed = any(getattr(first, name) for name in CHANGES)
+    return bool(first.excavate) or (changed and bool(model.initial.stress))
 
 
 def _load_name(number: int, load: Load) -> str:
@@ -226,9 +291,10 @@ def _with_materials(model: Model, exchanged: Mapping[str, str]) -> tuple[Any, ..
 
 def _model_of(
     model: Model, number: int, stage: Stage, start: float, acting: set[str],
-    tables: Mapping[str, Rows], jumps: tuple[tuple[str, float, float], ...], **changes: Any,
+    tables: Mapping[str, Rows], jumps: tuple[tuple[str, float, float], ...],
+    initial: Model | None, **changes: Any,
 ) -> Model:  # fmt: skip
-    """Returns the model of a stage."""
+    """Returns the model of a stage, or of the initial state without `initial`."""
     kept = [b for b in model.boundaries if b.name in acting]
     boundaries = tuple(copied(b, factor=tables[b.name]) if moves(b) else b for b in kept)
     loads = tuple(
@@ -240,6 +306,7 @@ def _model_of(
     )
     own = loading_stages(model)
     following = [i for i, _ in own[1:]] + [len(model.stages)]
+    follows = number > 0 or (initial is not None and changes_initial_state(model, stage))
     result.__dict__["stage"] = StageOfModel(
         number=number,
         index=own[number][0],
@@ -247,7 +314,9 @@ def _model_of(
         reductions=tuple(
             (i, each)
             for i, each in enumerate(model.stages[: following[number]])
-            if i > own[number][0] and isinstance(each, StrengthReductionStage)
+            if i > own[number][0]
+            and isinstance(each, StrengthReductionStage)
+            and initial is not None
         ),
         start=start,
         jumps=jumps,
@@ -257,5 +326,8 @@ def _model_of(
         ),
         boundary_keys=model.boundary_keys(),
         rigid_body_keys=model.rigid_body_keys(),
+        initial=initial,
+        follows=follows,
+        releases=number > 0 or (follows and bool(model.initial.stress)),
     )
     return result

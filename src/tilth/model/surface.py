@@ -85,6 +85,9 @@ class Hydrostatic(Declared):
     """Unit weight of the water [force / length^3]."""
 
 
+_LOADS = ("pressure", "hydrostatic", "pressure_along", "shear", "traction")
+
+
 class SurfaceLoad(Declared):
     """Load distributed over a body's surface or a part of it; the body needs a `surface`."""
 
@@ -106,7 +109,7 @@ class SurfaceLoad(Declared):
     `part` if that is given; on all of a part that nowhere faces upwards, such as "z-".
     """
     pressure: Real = 0.0
-    """Pressure on the soil at factor 1 [stress], > 0 compresses."""
+    """Pressure on the soil at factor 1 [stress], > 0 compresses; 0 is a load, too."""
     hydrostatic: Hydrostatic | None = None
     """Water pressure, added to `pressure`."""
     pressure_along: Profile | None = None
@@ -125,8 +128,8 @@ class SurfaceLoad(Declared):
     @model_validator(mode="after")
     def _some_load(self) -> Any:
         problems = []
-        loads = (self.pressure, self.hydrostatic, self.pressure_along, self.shear, self.traction)
-        if not any(loads):
+        given = [getattr(self, key) for key in self.model_fields_set.intersection(_LOADS)]
+        if all(value is None for value in given):  # one of 0 is given, too
             remedy = "give `pressure`, `hydrostatic`, `pressure_along`, `shear` or `traction`"
             problems.append(Problem("pressure", "missing", remedy))
         if (self.start is None) != (self.end is None):

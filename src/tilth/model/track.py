@@ -42,6 +42,7 @@ EnergyKind = Literal[
     "damping_dissipation",
     "radiation",
     "numerical_dissipation",
+    "time_integration",
 ]
 
 _AXES = ("x", "y", "z")
@@ -132,7 +133,8 @@ class Track(Declared):
     | enclosed | `body`: area, in 3D volume, enclosed by its closed tracked surface |
     | state | `variable`: a state variable of the material, by name; `at`; optional `body` |
     | energy | `kind` "elastic", "external_work", "plastic_dissipation", "friction_dissipation", \
- with inertia or relaxation "kinetic", "damping_dissipation", "radiation", "numerical_dissipation" |
+ with inertia or relaxation "kinetic", "damping_dissipation", "radiation", \
+ "numerical_dissipation", "time_integration" |
 
     Forces and energies are per unit length in plane strain, per full circle in axisymmetry.
     """
@@ -167,7 +169,8 @@ class Track(Declared):
     points that fly ahead do not count; all if not given."""
     kind: EnergyKind | None = None
     """Kind of energy [force length]. "numerical_dissipation", with inertia or relaxation, is what
-    of the work and of the energy at the start is in none of the others."""
+    of the work and of the energy at the start is in none of the others; "time_integration" is what
+    of it the time integration takes, by its own formula."""
     variable: Name | None = None
     """State variable: `plastic_strain`, or one of the material's own."""
     scale: Real = 1.0

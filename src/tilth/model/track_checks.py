@@ -18,7 +18,13 @@ _OF_IMPLICIT = ("penetration",)
 _OF_BOTH = ("contact_area", "embedment")
 _OF_PAIRS = ("reaction", "moment", "contact_area")
 _MOTIONS = ("velocity", "acceleration")
-_OF_INERTIA = ("kinetic", "damping_dissipation", "radiation", "numerical_dissipation")
+_OF_INERTIA = (
+    "kinetic",
+    "damping_dissipation",
+    "radiation",
+    "numerical_dissipation",
+    "time_integration",
+)
 WITHOUT_END = ("plane", "cylinder", "function")
 """Geometries without a lowest point."""
 

@@ -26,6 +26,9 @@ from tilth.mpm.user_moduli import require_declared_moduli
 def initial_points(model: Model) -> MaterialPoints:
     """Returns the undeformed material points of all bodies of a model, with their initial stress.
 
+    The initial stress is that of the materials before any stage exchanges them. Points of a stage
+    with other materials have the parameters that belong to it, but not the stress itself.
+
     Raises:
         BadInput: a body or a layer without points, a parameter that has no admissible value at a
             point, a stress that its law cannot have, or a law of the user that cannot be loaded or
@@ -37,15 +40,16 @@ def initial_points(model: Model) -> MaterialPoints:
     starts: dict[int, Start] = {}
     declared: list[dict[str, Floats]] = []
     start, fields, grid = 0, model.fields(), background_grid(model)
+    first = model if model.stage.initial is None else model.stage.initial
     for number, body in enumerate(model.bodies):
         part = discretise(body, model.analysis.kind, grid)
         part, counts = by_layer(body, part, f"bodies[{number}]")
         declared_starts = None
-        if model.present(body.name):  # a body that is placed later begins without stress
-            declared_starts = declared_start(model, number, part.position, counts)
-        first = 0
+        if first.present(body.name):  # a body that is placed later begins without stress
+            declared_starts = declared_start(first, number, part.position, counts, body.materials)
+        begin = 0
         for layer, (name, count) in enumerate(zip(body.materials, counts, strict=True)):
-            own = slice(first, first + count)
+            own = slice(begin, begin + count)
             start_of_layer = None if declared_starts is None else declared_starts[layer]
             values, found = _parameters(model, name, part.position[own], start_of_layer, grid)
             if values.ndim == 2:
@@ -58,8 +62,8 @@ def initial_points(model: Model) -> MaterialPoints:
             bodies.append(
                 PointRange(
                     name=body.name,
-                    start=start + first,
-                    stop=start + first + count,
+                    start=start + begin,
+                    stop=start + begin + count,
                     basis=body.basis,
                     domain_update=body.domain_update,
                     law=law,
@@ -75,9 +79,9 @@ def initial_points(model: Model) -> MaterialPoints:
                     field=fields[body.name],
                 )
             )
-            first += count
+            begin += count
         parts.append(part)
-        start += first
+        start += begin
     corners = any(body.has_corners for body in bodies)
     points = MaterialPoints.undeformed(
         bodies,
@@ -88,7 +92,8 @@ def initial_points(model: Model) -> MaterialPoints:
         parameters,
         _at_all_points(bodies, declared, start),
     )
-    start_with_stress(points, model, starts)
+    if model.bodies == first.bodies:
+        start_with_stress(points, model, starts)
     if model.analysis.has_mass:
         points.motion = initial_motion(points, model)
     if model.analysis.kind == "axisymmetric":

@@ -44,15 +44,17 @@ class Start:
 
 
 def declared_start(
-    model: Model, number: int, position: Floats, counts: Sequence[int]
+    model: Model, number: int, position: Floats, counts: Sequence[int], materials: Sequence[str]
 ) -> list[Start] | None:
     """Returns the state at the start of each layer of a body; None without a declared stress.
 
     Args:
-        model: the declared problem.
+        model: the declared problem, in a model with stages that of the initial state.
         number: of the body in it.
         position: of its points [length], layer by layer, shape (n, dim).
         counts: number of points of each layer.
+        materials: of the layers for which the parameters are: those of the body, or others that a
+            stage exchanges for them.
 
     Raises:
         BadInput: a point lies above the declared ground or outside a table or the soil of another
@@ -66,8 +68,8 @@ def declared_start(
     layers = [position[first:last] for first, last in pairwise(ends)]
     if isinstance(entry, AtRest):
         starts = []
-        for name, own in zip(body.materials, layers, strict=True):
-            layer = stress_at_rest(model, key, entry, number, name, own)
+        for name, other, own in zip(body.materials, materials, layers, strict=True):
+            layer = stress_at_rest(model, key, entry, number, (name, other), own)
             pressure = layer.preconsolidation
             given = {} if pressure is None else {"preconsolidation_pressure": pressure}
             starts.append(Start(layer.stress, given))

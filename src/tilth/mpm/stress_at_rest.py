@@ -41,7 +41,7 @@ class AtRestLayer:
 
 
 def stress_at_rest(
-    model: Model, key: str, entry: AtRest, number: int, material: str, position: Floats
+    model: Model, key: str, entry: AtRest, number: int, materials: tuple[str, str], position: Floats
 ) -> AtRestLayer:
     """Returns the stress of points of one material of a body at rest.
 
@@ -50,7 +50,8 @@ def stress_at_rest(
         key: of the entry in the case file, for messages.
         entry: of the body's stress.
         number: of the body.
-        material: name of the points' material.
+        materials: names of the points' material at the start, whose stress this is, and of that
+            whose preconsolidation is asked for: the same, or one that a stage exchanges for it.
         position: of the points [length], shape (n, dim).
 
     Raises:
@@ -58,12 +59,11 @@ def stress_at_rest(
             exceeds the weight.
     """
     vertical = _effective_vertical_stress(model, key, entry, number, position)
+    material, other = materials
     coefficient, ratio = at_rest_of(entry, material)
-    declared = model.materials[material]
-    has_angle = coefficient == JAKY or isinstance(declared, ModifiedCamClay)
-    sine = _sine(model, material, position) if has_angle else np.zeros(0)
     past = 1.0 if ratio is None else ratio
     if coefficient == JAKY:
+        sine = _sine(model, material, position)
         lateral = (1.0 - sine) * past**sine
     else:
         assert isinstance(coefficient, float), "checked by the model"
@@ -71,9 +71,12 @@ def stress_at_rest(
     stress = np.zeros((len(position), 6))
     stress[:, :3] = -(lateral * vertical)[:, None]
     stress[:, model.dimension - 1] = -vertical
-    preconsolidation = None
-    if isinstance(declared, ModifiedCamClay) and ratio is not None:
-        slope = _values(model, material, position, "critical_state_slope")
+    preconsolidation, declared = None, model.materials[other]
+    if isinstance(declared, ModifiedCamClay) and not (
+        ratio is None or declared.has_preconsolidation
+    ):
+        sine = _sine(model, other, position)
+        slope = _values(model, other, position, "critical_state_slope")
         mean = ratio * vertical * (1.0 + 2.0 * (1.0 - sine)) / 3.0
         deviator = ratio * vertical * sine
         preconsolidation = mean + deviator**2 / (slope**2 * np.maximum(mean, LEAST))

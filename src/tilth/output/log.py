@@ -97,6 +97,10 @@ class RunLog:
         """Writes that the program changed a load between two steps."""
         self._write(f"load changed: {text}")
 
+    def goes_on(self, text: str) -> None:
+        """Writes that the run goes on with another model than that with which it began."""
+        self._write(f"goes on with a changed model: {text}")
+
     def step(self, step: int, time: float, step_size: float, residuals: Sequence[float]) -> None:
         """Writes one converged step and its relative residuals, that of the predictor first."""
         start = f"{step:>6}  {time:>12.6g}  {step_size:>10.3e}  "

@@ -18,7 +18,7 @@ from tilth.report.texts import AS_IT_IS
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-WORK, NUMERICAL = "external_work", "numerical_dissipation"
+WORK, NUMERICAL, INTEGRATION = "external_work", "numerical_dissipation", "time_integration"
 _STYLES = {
     "kinetic": ("kinetic", "#c1121f", "-"),
     "elastic": ("elastic", "#1d3557", "-"),
@@ -30,6 +30,7 @@ _STYLES = {
 }
 """Name, colour and line of each kind of energy."""
 
+_OF_INTEGRATION = "of the time integration"
 _LEAST = 1e-12
 """Share of the greatest energy below which a kind is left out."""
 _WIDTH = 4.2
@@ -82,7 +83,10 @@ def draw_energies(
     left.legend(fontsize=7, framealpha=0.9)
     greatest = _greatest(energies)
     share = 100.0 * energies[NUMERICAL] / greatest
-    right.plot(time, share, color=_STYLES[NUMERICAL][1], linewidth=1.3)
+    right.plot(time, share, color=_STYLES[NUMERICAL][1], linewidth=1.3, label="all")
+    of_it = 100.0 * energies[INTEGRATION] / greatest
+    right.plot(time, of_it, color="#222222", linestyle=":", linewidth=1.3, label=_OF_INTEGRATION)
+    right.legend(fontsize=7, framealpha=0.9)
     right.set_ylabel("numerical, % of the greatest energy", fontsize=9)
     for axes in (left, right):
         mark_stages(axes, stages, _WIDTH)
@@ -111,6 +115,7 @@ def energy_table(table: Mapping[str, Floats]) -> str:
     parts = _parts(energies)
     rows += [(_STYLES[kind][0], values[-1]) for kind, values in parts.items()]
     rows.append(("sum", sum(float(energies[kind][-1]) for kind in _STYLES)))
+    rows.append((f"of what is numerical, that {_OF_INTEGRATION}", energies[INTEGRATION][-1]))
     body = "".join(
         f"<tr><th>{escape(name)}</th><td>{value:.5g}</td><td>{100.0 * value / greatest:.3g} %</td>"
         "</tr>"

@@ -133,7 +133,7 @@ class Setup:
     warnings: Sequence[str] = ()
     """Warnings about probable mistakes."""
     boundary_names: Sequence[str] = ()
-    """Names of the boundaries of all stages, which give them the same colour in each figure."""
+    """Names of the boundaries and rigid bodies of all stages, whose colours are by their number."""
     is_new: Flags | None = None
     """Which points are new in this stage, shape (n,)."""
     removed: Soil | None = None
@@ -162,7 +162,7 @@ class Setup:
         return len(distinct_rows(np.column_stack(cells)))
 
     def colour_of(self, name: str, number: int) -> int:
-        """Returns the number of the colour of a boundary, which is the one with that number."""
+        """Returns the number of the colour of the boundary or rigid body with a number."""
         return self.boundary_names.index(name) if name in self.boundary_names else number
 
     @property

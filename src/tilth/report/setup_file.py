@@ -24,6 +24,7 @@ _IN_LOG = ("warnings",)
 _OF_FIGURES = ("is_new", "removed")
 _LEFT_OUT = (*_PARTS, *_IN_RESULTS, *_IN_LOG, *_OF_FIGURES)
 _STAGES = "stages"
+_BEFORE = "present in the initial state"
 _FACTS = ("name", "number", "start", "end", "changes")
 
 
@@ -79,7 +80,10 @@ def read_staged_setup(path: Path) -> StagedSetup | None:
         setup = _setup(prefix, arrays, entry.pop("setup"), nothing)
         present = np.unpackbits(arrays[f"{prefix}present"], count=len(soil.position)).astype(bool)
         stages.append(StageSetup(**entry, present=present, setup=setup))
-    return StagedSetup(soil, surfaces, stages)
+    before = arrays.get(_BEFORE)
+    if before is not None:
+        before = np.unpackbits(before, count=len(soil.position)).astype(bool)
+    return StagedSetup(soil, surfaces, stages, before)
 
 
 def _plain(setup: Setup, prefix: str) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -122,6 +126,8 @@ def _of_stages(staged: StagedSetup) -> tuple[dict[str, Any], dict[str, Any]]:
         arrays |= own | {f"stage.{number}.present": np.packbits(stage.present)}
         facts = {name: getattr(stage, name) for name in _FACTS}
         entries.append({**facts, "setup": plain})
+    if staged.before is not None:
+        arrays[_BEFORE] = np.packbits(staged.before)
     return arrays, {"surfaces": [shape.name for shape in staged.surfaces], "entries": entries}
 
 

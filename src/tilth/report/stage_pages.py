@@ -194,11 +194,15 @@ def _everything(staged: StagedSetup, stages: Sequence[StageSetup]) -> Setup:
             before = loads.get(load.name)
             loads[load.name] = load if before is None else _larger(before, load)
     forces = [setup.body_force for setup in setups if setup.body_force is not None]
-    names = list(setups[0].boundary_names)
+    last = len(setups[0].boundary_names)
+
+    def order(part: Condition | Surface) -> int:
+        return setups[0].colour_of(part.name, last)
+
     return replace(
         staged.whole(),
-        conditions=sorted(conditions.values(), key=lambda each: names.index(each.name)),
-        surfaces=sorted(surfaces.values(), key=lambda each: names.index(each.name)),
+        conditions=sorted(conditions.values(), key=order),
+        surfaces=sorted(surfaces.values(), key=order),
         loads=list(loads.values()),
         body_force=max(forces, key=lambda each: float(np.linalg.norm(each))) if forces else None,
         tracked=staged.surfaces,

@@ -41,6 +41,9 @@ class StagedSetup:
     surfaces: Sequence[SurfaceShape]
     """Surfaces of bodies that are tracked, of all stages."""
     stages: Sequence[StageSetup]
+    before: Flags | None = None
+    """Which points are there in the initial state, shape (n,); None if the first stage begins with
+    it."""
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -50,7 +53,9 @@ class StagedSetup:
     def at(self, index: int) -> Setup:
         """Returns what the figure of a stage shows, by its index in `stages`."""
         stage = self.stages[index]
-        before = self.stages[index - 1].present if index > 0 else stage.present
+        before = stage.present if self.before is None else self.before
+        if index > 0:
+            before = self.stages[index - 1].present
         there = np.unique(self.soil.body_id[stage.present])
         names = {stage.setup.body_names[body] for body in there}
         return replace(

@@ -144,7 +144,6 @@ def _cells(cell_size: Any, model: Model) -> str:
 
 
 def boundary_names(model: Model) -> tuple[str, ...]:
-    """Returns the names of all boundaries, those on grid lines before implicit ones."""
-    implicit = [isinstance(each, ImplicitBoundary) for each in model.boundaries]
-    order = sorted(range(len(implicit)), key=lambda i: implicit[i])
-    return tuple(model.boundaries[i].name for i in order)
+    """Returns the names of all boundaries and rigid bodies: on grid lines, implicit, rigid."""
+    ordered = sorted(model.boundaries, key=lambda each: isinstance(each, ImplicitBoundary))
+    return tuple(each.name for each in (*ordered, *model.rigid_bodies))

@@ -319,6 +319,7 @@ def _surface_load(load: SurfaceLoad, model: Model) -> str:
         parts.append("pressure along the arc length")
     if load.traction is not None:
         parts.append(f"traction {vector(load.traction)} {stress}")
+    parts = parts or [f"pressure 0 {stress}"]
     where = f" from {vector(load.start)} to {vector(load.end or ())}" if load.start else ""
     where = f" ({load.part})" if load.part else where
     if load.within is not None:

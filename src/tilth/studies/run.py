@@ -14,7 +14,7 @@ import numpy as np
 from tilth.analysis.check import check
 from tilth.arrays import Floats
 from tilth.case import case_entries, load_study
-from tilth.environment import available_cores
+from tilth.environment import available_cores, count_of
 from tilth.errors import BadInput
 from tilth.interrupt import StopSignals
 from tilth.model import Model, Study
@@ -107,6 +107,7 @@ def study(
             `StudyResult.reasons` and in the table.
         KeyboardInterrupt: as in `run`; all processes have ended then.
     """
+    used = count_of("processes", processes, available_cores())
     asked = declared if isinstance(declared, Study) else load_study(declared)
     entries = _case_of(asked, model)
     samples = make_samples(asked, entries)
@@ -117,7 +118,7 @@ def study(
     with FolderLock(folder):
         prepare(folder, asked, entries, samples, overwrite)
         running = _Running(folder, asked, base, samples)
-        running.run(processes or available_cores(), quiet)
+        running.run(used, quiet)
         return running.result()
 
 

@@ -130,6 +130,12 @@ class Balance:
             if isinstance(term, GlobalUnknowns)
         ]
 
+    def begin_at_guess(self) -> None:
+        """Tells the terms that the next displacement is a guess."""
+        for term in self.terms:
+            if isinstance(term, GlobalUnknowns):
+                term.begin_at_guess()
+
     def restart(self, changes: Changes) -> None:
         """Undoes what `adapt` and `revise` changed; from now on the terms change as given."""
         for term in self.terms:

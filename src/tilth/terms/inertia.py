@@ -313,6 +313,18 @@ class AssembledInertia(AssembledTerm):
         force = 0.5 * self._damping * self._mass.times(velocity)
         return self._pattern.work(force, displacement)
 
+    def integration_work(self, displacement: Floats) -> float:
+        """Returns what the time integration dissipates in the step [force length].
+
+        The work of the forces of inertia, by the trapezoidal rule, less the change of the grid's
+        kinetic energy: 0 with Newmark's average acceleration, for which both are the same.
+        """
+        before, after = self.before, self.after(displacement)
+        force = self._mass.times(before.acceleration + after.acceleration)
+        change = self._mass.times(after.velocity - before.velocity)
+        kinetic = self._pattern.work(change, after.velocity + before.velocity)
+        return 0.5 * (self._pattern.work(force, displacement) - kinetic)
+
     def commit(self, displacement: Floats) -> None:
         """As `AssembledTerm.commit`: the points get the nodes' velocities or their increments.
 

@@ -169,6 +169,9 @@ class GlobalUnknowns(AssembledTerm):
         """Returns where the iteration for its unknowns begins, shape (m,); zero by default."""
         return np.zeros_like(self.scale)
 
+    def begin_at_guess(self) -> None:
+        """Tells that the next displacement is a guess; nothing by default."""
+
     @abstractmethod
     def forces(self, displacement: Floats, unknowns: Floats) -> tuple[Floats, Floats]:
         """Returns its part of the nodal residual, and the residual of its own equations.

@@ -98,8 +98,7 @@ def march_stages(
     analysis = StagedAnalysis(model)
     analysis.check()
     analysis.distribute(processes_for(analysis.simulation))
-    if has_initial_equilibrium(analysis.simulation.model):
-        find_initial_equilibrium(analysis.simulation)
+    analysis.begin()
     starts()
     steps = analysis.steps(on_stage_start=starts, on_stage_end=told(at_end))
     for _, result in steps:

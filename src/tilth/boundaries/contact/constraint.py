@@ -362,6 +362,14 @@ class Supports:
         trial, fixed = self.trial(slip), self.fixed
         return respond(self.law, trial, self.stiffness, self.slip, given, held, fixed)
 
+    def respond_at_guess(self, slip: Floats) -> ContactResponse:
+        """As `respond`, but what was pressed, or stuck, at the start of the step still is."""
+        pressed = (self.before[:, 0] < 0.0) & (self.area > 0.0)
+        strength = self.law.strength(-self.before[:, 0])[0]
+        given = np.where(pressed & ~self.slip.any(axis=1), np.inf, strength)
+        trial, fixed = self.trial(slip), self.fixed
+        return respond(self.law, trial, self.stiffness, self.slip, given, pressed, fixed)
+
     def renew_strength(self, slip: Floats) -> bool:
         """Sets a given shear strength to that of the pressures now; returns whether it changes.
 
@@ -400,6 +408,11 @@ class Supports:
     def close(self, chosen: Integers, gap: Floats) -> None:
         """Takes the gaps (k,) of the chosen points, (k,), for inexact knowledge of the surface."""
         self.first_gap[chosen] -= gap
+
+    def columns(self, response: ContactResponse) -> Floats:
+        """Returns sum_a B^a D^ab / A for each b, shape (dim, entries, dim)."""
+        by_area = response.derivative / self._divisor[:, None, None]
+        return np.ascontiguousarray(np.einsum("aei,eab->bei", self.row, by_area[self.entry_owner]))
 
     def entry_force(self, traction: Floats) -> Floats:
         """Returns the internal force of mean tractions (m, dim) on each entry, (entries, dim)."""

@@ -25,6 +25,7 @@ from tilth.boundaries.contact.between_bodies import BodyContact
 from tilth.boundaries.contact.constraint import Supports, select_by_gaps
 from tilth.boundaries.contact.law import ContactResponse
 from tilth.boundaries.contact.rigid_body import WEAK_SPRING, RigidBody
+from tilth.boundaries.contact.slip_work import SlipWork, slip_work
 from tilth.boundaries.contact.state import ContactState
 from tilth.errors import StepFailed
 from tilth.mpm.bordered_matrix import Border
@@ -109,7 +110,7 @@ class AssembledContact(GlobalUnknowns):
         self._held = self._may_hold = False
         self._revisions = self._linearisations = 0
         self._changes = Changes.USUAL
-        self._is_selected = False
+        self._is_selected = self._is_guessed = False
         self._evaluated: list[_Evaluated] = []
         self._unknowns = np.zeros_like(self.scale)
 
@@ -143,10 +144,19 @@ class AssembledContact(GlobalUnknowns):
             slip = support.slips(displacement, moved)
             if self._is_fixed and support.fixed is None:
                 support.fixed = support.respond(slip).closed
-            found.append(_Evaluated(slip, support.respond(slip), moved))
+            respond = support.respond_at_guess if self._is_guessed else support.respond
+            found.append(_Evaluated(slip, respond(slip), moved))
         if self._may_hold:
             self._hold(found)
         return found
+
+    def begin_at_guess(self) -> None:
+        """As `GlobalUnknowns.begin_at_guess`: at first what was pressed stays in contact.
+
+        A guess is in balance with nothing yet: a mean gap far below a cell would open a support by
+        its stiff law, and a body without contact would turn, or the system be singular.
+        """
+        self._is_guessed = True
 
     def _hold(self, found: list[_Evaluated]) -> None:
         """Keeps the multiplier with the least tension closed if all others have opened.
@@ -243,22 +253,12 @@ class AssembledContact(GlobalUnknowns):
     def add_stiffness(self, displacement: Floats, blocks: Floats) -> None:
         """As `AssembledTerm.add_stiffness`."""
         self._linearisations += 1
+        self._is_guessed = False
         for support, elements, each in self._each():
             support.slip = each.response.slip
             support.given |= self._linearisations >= PATIENCE
-            for column, row in zip(self._columns(support, each), support.row, strict=True):
+            for column, row in zip(support.columns(each.response), support.row, strict=True):
                 _core.add_outer_blocks(elements, column, np.ascontiguousarray(row), blocks)
-
-    @staticmethod
-    def _columns(support: Supports, each: _Evaluated) -> Floats:
-        """Returns sum_a B^a D^ab / A for each b, shape (dim, entries, dim)."""
-        by_area = (
-            each.response.derivative
-            / np.where(support.area > 0.0, support.area, 1.0)[:, None, None]
-        )
-        return np.ascontiguousarray(
-            np.einsum("aei,eab->bei", support.row, by_area[support.entry_owner])
-        )
 
     def border(self, displacement: Floats, unknowns: Floats) -> Border:
         """As `GlobalUnknowns.border`."""
@@ -340,7 +340,7 @@ class AssembledContact(GlobalUnknowns):
         """As `AssembledTerm.restart`."""
         self._revisions = self._linearisations = 0
         self._changes = changes
-        self._is_selected = False
+        self._is_selected = self._is_guessed = False
         self._held = self._may_hold = False
         for support in self._supports:
             support.restart(cautious=self._is_cautious, owing=self._is_fixed)
@@ -370,7 +370,8 @@ class AssembledContact(GlobalUnknowns):
 
         What has turned round and sticks beyond its strength slides.
         """
-        changed = self.adapt(displacement)
+        changed = self.adapt(displacement) or self._is_guessed
+        self._is_guessed = False
         if self._held and not changed:
             assert self.body is not None
             if self.body.needs_contact and self._is_loaded:
@@ -466,13 +467,10 @@ class AssembledContact(GlobalUnknowns):
             _core.add_element_forces(elements, support.entry_force(support.before), nodal)
         return nodal
 
-    def friction_work(self) -> float:
-        """Returns the work that friction dissipates in the step [force length]."""
-        total = 0.0
-        for support, _, each in self._each():
-            along = np.einsum("ka,ka->k", each.response.traction[:, 1:], each.slip[:, 1:])
-            total += float((support.area * np.where(each.response.sliding, along, 0.0)).sum())
-        return total
+    def slip_work(self, normal_before: float | None) -> SlipWork:
+        """As `slip_work` of all supports."""
+        parts = [(support, each.slip, each.response) for support, _, each in self._each()]
+        return slip_work(parts, normal_before)
 
     def state(self, displacement: Floats) -> ContactState:
         """Returns pressures, shear tractions and gaps at the end of the step."""

@@ -188,6 +188,20 @@ def depth_behind(boundary: Implicit, points: MaterialPoints, time: float, grid: 
     return float(-distance.min(initial=0.0))
 
 
+def surface_behind(boundary: Implicit, vertices: Floats, time: float, grid: Grid) -> float:
+    """Returns the greatest distance of vertices of a soil's surface behind a boundary [length].
+
+    It shows soil that turns into a boundary long before the centre of a point is behind it.
+    Also 0 if soil can pass through the boundary.
+
+    vertices: shape (n, dim).
+    """
+    if boundary.declared.kind not in IMPERMEABLE_CONDITIONS:
+        return 0.0
+    _, distance, _ = _distances(boundary, vertices, None, time, grid, all_in_front=False)
+    return float(-distance.min(initial=0.0))
+
+
 def points_behind(
     boundary: Implicit, points: MaterialPoints, time: float, grid: Grid
 ) -> tuple[Integers, Floats]:

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The work of contact's tractions on slips and gaps: what friction takes of a body's work."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from tilth.arrays import Floats
+from tilth.boundaries.contact.constraint import Supports
+from tilth.boundaries.contact.law import ContactResponse
+
+
+@dataclass(frozen=True)
+class SlipWork:
+    """Work of the tractions of a surface on slips and gaps in a step [force length].
+
+    Attributes:
+        total: work of the surface, its force times its own motion, less that on the soil.
+        friction: what friction dissipates of it.
+        normal: integral of the normal traction over the surface at the end [force], tension > 0.
+    """
+
+    total: float
+    friction: float
+    normal: float
+
+
+def slip_work(
+    parts: Sequence[tuple[Supports, Floats, ContactResponse]], normal_before: float | None
+) -> SlipWork:
+    """Returns the work of the tractions on slips and gaps in the step.
+
+    By the trapezoidal rule, as all other work. What slides has its shear strength from the start of
+    the step on, whatever traction it had while it stuck or slid another way.
+
+    Args:
+        parts: supports with the mean gaps and slips (k, dim) of their multipliers at the end of the
+            step, and the response to them.
+        normal_before: `SlipWork.normal` of the last step, of which not all is carried where points
+            have left the contact since then; None as carried.
+    """
+    carried = sum(float(support.area @ support.before[:, 0]) for support, _, _ in parts)
+    scale = 1.0 if normal_before is None or carried == 0.0 else normal_before / carried
+    total = friction = normal = 0.0
+    for support, end, response in parts:
+        before, sliding = scale * support.before, response.sliding
+        strength = support.law.strength(-before[:, 0])[0]
+        before[sliding, 1:] = strength[sliding, None] * response.slip[sliding]
+        slip = end.copy()
+        slip[:, 0] -= support.gap
+        work = 0.5 * support.area[:, None] * (before + response.traction) * slip
+        total += float(work.sum())
+        friction += float(work[sliding | ~response.closed, 1:].sum())
+        normal += float(support.area @ response.traction[:, 0])
+    return SlipWork(total, friction, normal)

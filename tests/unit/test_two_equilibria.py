@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A block on a rigid plane stands or leans: only its own weight grows, so it stands."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from implicit_blocks import by_number, flat
+from readings import some_of
+
+from tilth import Model
+from tilth.analysis.attempts import explained_motion, solve_in_attempts
+from tilth.analysis.simulation import Simulation
+from tilth.arrays import Floats
+from tilth.curves.chain import Chain
+from tilth.errors import StepFailed
+from tilth.terms.balance import Balance
+from tilth.verification.march import march
+
+HEIGHT, WIDTH, DENSITY, GRAVITY, CELL = 1.5, 0.5, 2000.0, 10.0, 0.25
+
+
+def block(
+    modulus: float = 1e8,
+    basis: str = "gimp",
+    tangential: str = "friction",
+    corner: tuple[float, float] = (0.07, 0.05),
+    turn: float = 0.0,
+    **plane: Any,
+) -> Model:
+    """A block of two cells by six that its weight presses on a plane, in 14 of 30 steps."""
+    angle = np.radians(turn)
+    down = [GRAVITY * np.sin(angle), -GRAVITY * np.cos(angle)]
+    shape = {
+        "type": "box",
+        "lower": list(corner),
+        "upper": [corner[0] + WIDTH, corner[1] + HEIGHT],
+    } | ({"angle": turn} if turn else {})
+    contact = {"normal": "unilateral", "tangential": tangential}
+    if tangential == "friction":
+        contact["friction"] = 1.0
+    surface = plane or {"contact": contact, "wished_in_place": True}
+    normal = [-np.sin(angle), np.cos(angle)]
+    boundary = {
+        "name": "plane", "type": "implicit", "geometry": flat(corner, normal), **surface,
+    }  # fmt: skip
+    return Model.from_dict(
+        {
+            "analysis": {"kind": "plane_strain"},
+            "grid": {"cell_size": CELL},
+            "materials": {
+                "soil": {
+                    "model": "hencky_elastic", "young_modulus": modulus, "poisson_ratio": 0.2,
+                    "density": DENSITY,
+                }
+            },
+            "bodies": [
+                {
+                    "name": "block", "material": "soil", "basis": basis, "points_per_cell": 2,
+                    "shape": shape, "surface": {},
+                }
+            ],
+            "boundaries": [boundary],
+            "loads": [
+                {"type": "body_force", "acceleration": down, "factor": [[0, 0], [14, 14 / 30]]}
+            ],
+            "schedule": {"end": 14.0, "steps": 14},
+        }
+    )  # fmt: skip
+
+
+def largest_motion(simulation: Simulation) -> float:
+    return float(np.abs(by_number(simulation) - by_number(Simulation(simulation.model))).max())
+
+
+@some_of(
+    modulus=[1e7, 1e8],
+    basis=["gimp", "cpdi2"],
+    tangential=["friction", "bonded"],
+    corner=[(0.07, 0.05), (0.01, 0.12), (0.2, 0.2)],
+    turn=[0.0, 20.0],
+)
+def test_a_block_under_its_weight_stands(
+    modulus: float, basis: str, tangential: str, corner: tuple[float, float], turn: float
+) -> None:
+    """Its top settles by rho g h^2 / (2 E) less what the plane holds, and by no more than twice."""
+    settlement = 14 / 30 * DENSITY * GRAVITY * HEIGHT**2 / (2.0 * modulus)
+    found = []
+    simulation = march(
+        block(modulus, basis, tangential, corner, turn),
+        lambda _, result, time: found.append(result.moment("plane", np.array(corner))[2]),
+    )
+    assert largest_motion(simulation) < 2.0 * settlement
+    weights = np.arange(1, 15) / 30 * DENSITY * GRAVITY * HEIGHT * WIDTH
+    np.testing.assert_allclose(found, weights * 0.5 * WIDTH, rtol=2e-2)
+
+
+def converged(simulation: Simulation, motion: float) -> Any:
+    """A converged first step of a simulation, all of whose nodes move by `motion`."""
+    step = simulation.prepare(0.0, 1.0)
+    soil = simulation.soil_on(step.active)
+    balance = Balance(step.active, simulation.terms(step, soil))
+    equilibrium = simulation.solve(step, soil, balance, lambda iteration, residual: None)
+    moved = np.full_like(equilibrium.displacement, motion)
+    return step, balance, replace(equilibrium, displacement=moved)
+
+
+@pytest.mark.parametrize("without_guess", [1e-3, 0.2, None])
+def test_what_the_guess_does_not_explain_is_solved_without_it(without_guess: float | None) -> None:
+    simulation = Simulation(block())
+    step, balance, near = converged(simulation, 1e-3)
+    far = replace(near, displacement=np.full_like(near.displacement, 0.2))
+    guess = np.full_like(near.displacement, 1e-3)
+
+    def solve(newton: Any, guess: Floats | None) -> Any:
+        if guess is not None:
+            return far
+        if without_guess is None:
+            raise StepFailed("no equilibrium")
+        return replace(near, displacement=np.full_like(near.displacement, without_guess))
+
+    attempts = simulation._attempts[:1]
+    explained = explained_motion(step, guess)
+    assert explained == pytest.approx(0.03)
+
+    def found() -> Any:
+        return solve_in_attempts(
+            attempts, solve, step, balance, guess, explained, simulation._predictor,
+            simulation.run_warnings,
+        )  # fmt: skip
+
+    if without_guess is None:
+        with pytest.raises(StepFailed):
+            found()
+        return
+    assert found().displacement.max() == without_guess
+    assert simulation._predictor.rest > 0
+    assert len(simulation.run_warnings.texts) == (without_guess > explained)
+
+
+@pytest.mark.parametrize("condition", ["contact", "roller", "fixed"])
+def test_soil_behind_a_surface_is_warned_of(condition: str) -> None:
+    """From 0.02 of a cell on, by the tracked surface, though no point's centre is behind."""
+    plane = {} if condition == "contact" else {"condition": condition}
+    simulation = Simulation(block(**plane))
+    simulation.run_warnings.texts.clear()
+    for depth in (0.01, 0.03):
+        surface = simulation.surfaces["block"]
+        chain = surface.chains[0]
+        points = chain.current.points.copy()
+        points[points[:, 1].argmin(), 1] = 0.05 - depth * CELL
+        moved = Chain(points, chain.current.closed, chain.current.corner)
+        surface.commit([replace(chain, current=moved)])
+        simulation.run_warnings.depths(
+            simulation.implicit, simulation.points, simulation.surfaces, 1.0, simulation.grid
+        )
+        texts = simulation.run_warnings.texts
+        assert len(texts) == (depth > 0.02)
+    assert "the surface of the body 'block' is up to 0.0075 (0.03 of a cell)" in texts[0]
+    assert "behind the boundary 'plane'" in texts[0]
