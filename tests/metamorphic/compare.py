@@ -9,13 +9,18 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from metamorphic.frames import Frame, unchanged
+from metamorphic.models import YOUNG
 from metamorphic.runs import Moment, Run
 from tilth.arrays import Floats, Integers
 
 
+LEAST_STRAIN = 0.01
+"""Displacements are compared with this share, at least, of those by which all stress would come up."""
+
+
 @dataclass(frozen=True)
 class Scales:
-    """Sizes of the quantities of a run, by which differences are divided."""
+    """Sizes of the quantities of a run in the units of the generator, by which differences are divided."""
 
     length: float
     stress: float
@@ -30,13 +35,15 @@ class Scales:
             return max((float(np.abs(a).max(initial=0.0)) for a in arrays), default=0.0) or 1.0
 
         moments = run.moments
-        length = largest([m.displacement for m in moments])
+        stress = largest([m.stress for m in moments])
+        elastic = stress / YOUNG * float(np.ptp(run.initial, axis=0).max())
+        length = max(largest([m.displacement for m in moments]), LEAST_STRAIN * elastic)
         return cls(
             length=length,
-            stress=largest([m.stress for m in moments]),
+            stress=stress,
             force=max((m.size for m in moments), default=1.0) or 1.0,
             strain=max(length / run.cell, largest([m.plastic_strain for m in moments])),
-            velocity=largest([m.velocity for m in moments]),
+            velocity=max(largest([m.velocity for m in moments]), length / moments[-1].time),
             energy=max((abs(e) for m in moments for e in m.energies.values()), default=0.0) or 1.0,
         )
 

@@ -27,16 +27,7 @@ class KnownFault:
         return self.text in fault and all(choice[name] in some for name, some in self.values)
 
 
-KNOWN = (
-    KnownFault(
-        "exchange of materials with a stress at rest by the friction angle: being mended",
-        "has no attribute 'friction_angle'",
-        (("stages", ("exchange",)),),
-    ),
-    KnownFault(
-        "check and report of a rigid body in stages: being mended", "'driver' is not in list",
-    ),
-)  # fmt: skip
+KNOWN: tuple[KnownFault, ...] = ()
 
 
 def is_known(choice: Choice, fault: str) -> bool:

@@ -75,10 +75,14 @@ def shift(subject: Subject) -> Iterator[str]:
 
 
 def units(subject: Subject) -> Iterator[str]:
-    """In units that are powers of four of the others all numbers are multiples, to the bit."""
+    """In units that are powers of four of the others all numbers are multiples, to the bit.
+
+    But for the logarithms of Cam Clay.
+    """
     length, stress, time = (4.0 ** subject.random.randint(-3, 3) for _ in range(3))
     frame = Frame(np.eye(subject.dim), np.zeros(subject.dim), length, stress, time)
-    yield from _of_frame(subject, frame, 0.0)
+    bound = DIFFERENCE if subject.choice["law"] == "modified_cam_clay" else 0.0
+    yield from _of_frame(subject, frame, bound)
 
 
 def order(subject: Subject) -> Iterator[str]:
