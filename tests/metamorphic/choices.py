@@ -35,6 +35,7 @@ DIMENSIONS: dict[str, tuple[str, ...]] = {
     "stages": ("none", "loads", "boundary", "excavate", "remove", "fill", "refill", "exchange", "grid"),
     "inertia": ("none", "newmark", "generalised_alpha", "damped", "pic"),
     "load": ("none", "pressure", "traction", "point_force", "line_force", "seismic"),
+    "places": ("regular", "irregular"),
     "grid": ("uniform", "shifted", "graded", "follow"),
     "solver": ("auto", "superlu", "banded", "multigrid"),
     "relation": (

@@ -18,9 +18,9 @@ from metamorphic.choices import (
     settled,
 )
 
-DENSITY = 0.25
+DENSITY = 0.4
 """Share of the dimensions that are not plain, apart from what a pair asks for."""
-CANDIDATES = 12
+CANDIDATES = 16
 """Choices that are compared for each model."""
 TRIALS = 6
 """Models of a pair that are refused or say nothing before it counts as such."""
