@@ -28,8 +28,11 @@ height, as points have come into other cells."""
 def has_patches(subject: Subject) -> bool:
     """Whether conditions of a model hold means over patches of a surface."""
     entries = subject.entries
-    implicit = any(each["type"] == "implicit" for each in entries["boundaries"])
-    return implicit or "rigid_bodies" in entries or "contact_pairs" in entries
+    of_surfaces = any(
+        each["type"] == "implicit" or each["condition"] == "absorbing"
+        for each in entries["boundaries"]
+    )
+    return of_surfaces or "rigid_bodies" in entries or "contact_pairs" in entries
 
 
 def of_patches(subject: Subject) -> float:
