@@ -9,9 +9,11 @@ import pytest
 from small_problems import block_entries, material_entries, rollers
 
 from tilth import Model
+from tilth.analysis.snapshots import units_of
 from tilth.analysis.unit_warnings import unit_warnings
 from tilth.model.unit_labels import force_of, label_of, length_of, mass_of, same, stress_of
 from tilth.mpm.initial_points import initial_points
+from tilth.report.fields import field_unit
 
 KILO = {"length": "m", "force": "kN", "stress": "kPa", "mass": "t"}
 SOIL = {
@@ -184,7 +186,20 @@ def test_a_strength_in_other_units_than_the_stiffness(strength: float, named: bo
     assert all("2e+05 times the undrained shear strength 20" in text for text in found)
 
 
-def test_labels_of_results() -> None:
+@pytest.mark.parametrize(
+    ("kind", "unit"), [("plane_strain", "m²"), ("axisymmetric", "m³"), ("3d", "m³")]
+)
+def test_the_volume_of_a_point_in_plane_strain_has_the_unit_of_an_area(
+    kind: str, unit: str
+) -> None:
+    entries = block_entries(kind, "gimp", boundaries=rollers(kind))
+    labels = units_of(Model.from_dict(entries))
+    assert field_unit("volume", labels) == unit
+    without = units_of(Model.from_dict({**entries, "units": {"length": ""}}))
+    assert field_unit("volume", without) == "-"
+
+
+def test_values_of_labels() -> None:
     """Each known unit has a value that is that of its definition."""
     assert same(stress_of("psi") or 0.0, 6894.757)
     assert same(stress_of("psf") or 0.0, 47.880259)
