@@ -35,6 +35,7 @@ def wet(kind: str, level: Any = 1.3, basis: str = "gimp", **water: Any) -> dict[
     entries["loads"] = [weight(kind, 10.0) | ALL_FROM_THE_START]
     entries["materials"]["soil"] |= {"saturated_density": 2.2, "young_modulus": 1e4}
     entries["water"] = {"level": level, "unit_weight": 10.0, **water}
+    entries["units"] = {"force": "kN", "stress": "kPa", "mass": "t"}
     return entries
 
 
