@@ -14,6 +14,7 @@ from typing import Any
 
 from example_cases import ANALYSES, EXAMPLES
 
+from fuzz.fewer_lines import fewest_lines
 from fuzz.mutations import Tree, changed_bytes, changed_tree
 from fuzz.oracle import inspect_results
 from fuzz.sandbox import Job
@@ -102,21 +103,12 @@ def smaller(job: Job, still_fails: Any, work: Path, attempts: int = 120) -> byte
 
     still_fails: is called with a job, returns whether it has the same fault.
     """
-    lines = (job.folder / "input/case.toml").read_bytes().splitlines(keepends=True)
-    size = max(1, len(lines) // 2)
-    while True:
-        at = 0
-        while at < len(lines) and attempts > 0:
-            fewer = lines[:at] + lines[at + size :]
-            attempts -= 1
-            other = case_job(job.arguments[0], "smaller", "", b"".join(fewer), work)
-            for file in (job.folder / "input").iterdir():
-                if file.name != "case.toml":
-                    shutil.copy(file, other.folder / "input")
-            if still_fails(other):
-                lines = fewer
-            else:
-                at += size
-        if size == 1 or attempts <= 0:
-            return b"".join(lines)
-        size //= 2
+
+    def fails(content: bytes) -> bool:
+        other = case_job(job.arguments[0], "smaller", "", content, work)
+        for file in (job.folder / "input").iterdir():
+            if file.name != "case.toml":
+                shutil.copy(file, other.folder / "input")
+        return bool(still_fails(other))
+
+    return fewest_lines((job.folder / "input/case.toml").read_bytes(), fails, attempts)

@@ -21,6 +21,7 @@ from staged_ground import (
 )
 
 from tilth import Model
+from tilth.analysis.placement import settlement
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.staged import StagedAnalysis
 from tilth.arrays import Floats
@@ -208,3 +209,13 @@ def test_three_dimensions() -> None:
     highest = points.position[points.of_body("first"), 2].max()
     assert lowest - highest == pytest.approx(0.25, abs=0.02)
     assert points.displacement[points.of_body("ground"), 2].min() < -0.02
+
+
+@pytest.mark.parametrize("length", [4.0**-8, 4.0**8])
+def test_the_ground_under_a_fill_settles_alike_in_any_unit_of_length(length: float) -> None:
+    rows = np.array([[0.0, 0.1, 0.01], [0.3, 0.0, 0.03], [0.5, 0.4, 0.02], [0.2, 0.9, 0.05]])
+    places = np.array([[0.1, 0.1], [0.3, 0.0], [5.0, 2.0]])
+    found = settlement(length * rows, length * places)
+    assert found.tolist() == (length * settlement(rows, places)).tolist()
+    moved = settlement(rows + [4.0, 0.0, 0.0], places + [4.0, 0.0])
+    np.testing.assert_allclose(moved, settlement(rows, places), rtol=1e-12)

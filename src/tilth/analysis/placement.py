@@ -106,7 +106,7 @@ def settlement(rows: Floats, place: Floats) -> Floats:
 
     count = min(NEIGHBOURS, len(rows))
     distance, nearest = cKDTree(rows[:, :-1]).query(place, k=[*range(1, count + 1)])
-    weight = 1.0 / np.maximum(distance, 1e-9 * (1.0 + np.ptp(rows[:, :-1])))
+    weight = 1.0 / np.maximum(distance, 1e-9 * (distance.max(initial=0.0) or 1.0))
     return np.asarray((weight * rows[nearest, -1]).sum(axis=1) / weight.sum(axis=1))
 
 

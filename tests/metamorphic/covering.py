@@ -1,0 +1,89 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A row of random choices in which every pair of values that is allowed occurs, as early as it can."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from random import Random
+
+from metamorphic.choices import (
+    DIMENSIONS,
+    PLAIN,
+    Choice,
+    Pair,
+    all_pairs,
+    pairs_of,
+    says_something,
+    settled,
+)
+
+DENSITY = 0.25
+"""Share of the dimensions that are not plain, apart from what a pair asks for."""
+CANDIDATES = 12
+"""Choices that are compared for each model."""
+TRIALS = 6
+"""Models of a pair that are refused or say nothing before it counts as such."""
+
+
+@dataclass
+class Covering:
+    """Choices one after the other.
+
+    Args:
+        seed: of the choices.
+        refused: message with which a choice's model is refused, empty if it is not.
+
+    Attributes:
+        missing: pairs that have not occurred yet.
+        left_out: pairs that cannot occur, with the message of the last model that had them.
+    """
+
+    seed: int
+    refused: Callable[[Choice, str], str]
+    missing: dict[Pair, int] = field(default_factory=lambda: dict.fromkeys(all_pairs(), 0))
+    left_out: dict[Pair, str] = field(default_factory=dict)
+
+    def choices(self, count: int) -> Iterator[tuple[str, Choice]]:
+        """Yields names and choices of models."""
+        number = 0
+        while number < count:
+            name = f"{self.seed}-{number}"
+            choice = self._next(name)
+            if choice is not None:
+                number += 1
+                for pair in pairs_of(choice):
+                    self.missing.pop(pair, None)
+                yield name, choice
+
+    def _next(self, name: str) -> Choice | None:
+        random = Random(name)
+        pair = min(self.missing, key=self.missing.__getitem__, default=None)
+        pinned = {} if pair is None else dict(pair)
+        best: Choice | None = None
+        message = ""
+        for _ in range(CANDIDATES if pair is not None else 1):
+            choice = settled(self._drawn(random), pinned, random)
+            if not says_something(choice):
+                message = message or "the relation says nothing of it"
+                continue
+            if text := self.refused(choice, name):
+                message = text
+                continue
+            if best is None or self._new(choice) > self._new(best):
+                best = choice
+        if best is None and pair is not None:
+            self.missing[pair] += 1
+            if self.missing[pair] >= TRIALS:
+                del self.missing[pair]
+                self.left_out[pair] = message
+        return best
+
+    def _drawn(self, random: Random) -> Choice:
+        return {
+            name: random.choice(values) if random.random() < DENSITY else PLAIN[name]
+            for name, values in DIMENSIONS.items()
+        }
+
+    def _new(self, choice: Choice) -> int:
+        return sum(pair in self.missing for pair in pairs_of(choice))

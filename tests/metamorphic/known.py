@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Faults that are known and not yet mended: what they look like, and why they are left."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from metamorphic.choices import Choice
+
+
+@dataclass(frozen=True)
+class KnownFault:
+    """A fault that is not reported.
+
+    Attributes:
+        reason: why it is there.
+        text: part of what is reported.
+        values: of the choices that have it; any if there are none.
+    """
+
+    reason: str
+    text: str = ""
+    values: tuple[tuple[str, tuple[str, ...]], ...] = ()
+
+    def is_this(self, choice: Choice, fault: str) -> bool:
+        """Whether a fault of a choice's model is this one."""
+        return self.text in fault and all(choice[name] in some for name, some in self.values)
+
+
+KNOWN: tuple[KnownFault, ...] = ()
+
+
+def is_known(choice: Choice, fault: str) -> bool:
+    return any(known.is_this(choice, fault) for known in KNOWN)

@@ -1,0 +1,182 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What must hold of a model and of copies of it, without knowing its result."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from metamorphic import balances
+from metamorphic.bounds import (
+    AT_REST,
+    DIES_OUT,
+    DIFFERENCE,
+    HALVED,
+    LEAST_OF_HALVED,
+    UNLOADED,
+    patched,
+)
+from metamorphic.changes import with_rest, with_steps, with_unloading
+from metamorphic.choices import has_vertical
+from metamorphic.commands import commands
+from metamorphic.compare import Scales, difference
+from metamorphic.frames import Frame, turns
+from metamorphic.models import CELL, Tree
+from metamorphic.resumed import resumed_run
+from metamorphic.runs import Run, run_in_memory
+from metamorphic.subject import Subject
+from metamorphic.transformed import transformed
+from tilth import _core
+
+
+def _of_frame(subject: Subject, frame: Frame, bound: float) -> Iterator[str]:
+    other = run_in_memory(transformed(subject.entries, frame, subject.kind))
+    yield from _excess(subject.run, other, bound, frame)
+
+
+def _excess(
+    one: Run, other: Run, bound: float, frame: Frame | None = None, **options: bool
+) -> Iterator[str]:
+    size, what = difference(one, other, frame, **options)
+    if size > bound:
+        yield f"difference {size:.1e}, at most {bound:.1e}: {what}"
+
+
+def _turns(subject: Subject, handedness: float) -> list[np.ndarray]:
+    """The turns or mirror images that leave the vertical axis, or that of symmetry, where it is."""
+    dim, found = subject.dim, turns(subject.dim)
+    if has_vertical(subject.choice):
+        found = [turn for turn in found if turn[-1, -1] == 1.0]
+    if subject.kind == "axisymmetric":
+        found = [turn for turn in found if turn[0, 0] == 1.0]
+    return [turn for turn in found if Frame(turn, np.zeros(dim)).handedness == handedness]
+
+
+def mirror(subject: Subject) -> Iterator[str]:
+    """The mirror image of a model has the mirror image of the result."""
+    turn = subject.random.choice(_turns(subject, -1.0))
+    yield from _of_frame(subject, Frame(turn, np.zeros(subject.dim)), patched(subject.entries))
+
+
+def turn(subject: Subject) -> Iterator[str]:
+    """A model that is turned by 90 or 180 degrees has the result turned."""
+    turn = subject.random.choice(_turns(subject, 1.0))
+    yield from _of_frame(subject, Frame(turn, np.zeros(subject.dim)), patched(subject.entries))
+
+
+def shift(subject: Subject) -> Iterator[str]:
+    """A model moved by whole cells has the same result there."""
+    along = np.array([subject.random.randint(-9, 9) for _ in range(subject.dim)])
+    if subject.kind == "axisymmetric":
+        along[0] = 0
+    yield from _of_frame(subject, Frame(np.eye(subject.dim), CELL * along), DIFFERENCE)
+
+
+def units(subject: Subject) -> Iterator[str]:
+    """In units that are powers of four of the others all numbers are multiples, to the bit.
+
+    But for the logarithms of Cam Clay.
+    """
+    length, stress, time = (4.0 ** subject.random.randint(-3, 3) for _ in range(3))
+    frame = Frame(np.eye(subject.dim), np.zeros(subject.dim), length, stress, time)
+    bound = DIFFERENCE if subject.choice["law"] == "modified_cam_clay" else 0.0
+    yield from _of_frame(subject, frame, bound)
+
+
+def order(subject: Subject) -> Iterator[str]:
+    """The order of bodies, boundaries, loads and materials has no meaning."""
+    other = copy.deepcopy(subject.entries)
+    for name in ("bodies", "boundaries", "rigid_bodies", "contact_pairs", "loads"):
+        if name in other:
+            other[name].reverse()
+    other["materials"] = dict(reversed(other["materials"].items()))
+    yield from _excess(subject.run, run_in_memory(other), DIFFERENCE, by_boundary=False)
+
+
+def resume(subject: Subject) -> Iterator[str]:
+    """A run that is restored from its state after a step goes on as it would have."""
+    steps = len(subject.run.moments)
+    if steps > 1:
+        other = resumed_run(subject.entries, subject.random.randint(1, steps - 1))
+        yield from _excess(subject.run, other, 0.0)
+
+
+def threads(subject: Subject) -> Iterator[str]:
+    """The number of threads changes no bit."""
+    before, least = _core.threads(), _core.parallel_from()
+    _core.set_threads(3)
+    _core.set_parallel_from(0)
+    try:
+        other = run_in_memory(subject.entries)
+    finally:
+        _core.set_threads(before)
+        _core.set_parallel_from(least)
+    yield from _excess(subject.run, other, 0.0)
+
+
+def halved(subject: Subject) -> Iterator[str]:
+    """Each step divided in two, and in four: the results come nearer to each other."""
+    two, four = (run_in_memory(with_steps(subject.entries, factor)) for factor in (2, 4))
+    runs = [
+        subject.run.at_regular_times(),
+        *(run.at_regular_times(subject.run) for run in (two, four)),
+    ]
+    (first, _), (second, what) = difference(*runs[:2]), difference(*runs[1:])
+    if second > max(HALVED * first, LEAST_OF_HALVED):
+        yield f"differences {first:.1e} of halved steps and {second:.1e} of quarters: {what}"
+
+
+def rest(subject: Subject) -> Iterator[str]:
+    """While nothing changes the soil moves by what the change of basis explains, less and less."""
+    run, before = run_in_memory(with_rest(subject.entries)), len(subject.run.moments)
+    if run.exit_code:
+        yield f"a stage in which nothing changes ends with {run.error}"
+        return
+    moments = run.moments[before - 1 :]
+    moved = [
+        float(np.abs(after.position - earlier.position).max())
+        for earlier, after in zip(moments, moments[1:], strict=False)
+    ]
+    largest = Scales.of(subject.run).length
+    if max(moved) > AT_REST * largest:
+        yield f"soil at rest moves by {max(moved) / largest:.1e} of its displacement"
+    elif max(moved[1:]) > max(DIES_OUT * moved[0], DIFFERENCE * largest):
+        text = ", ".join(f"{each / largest:.1e}" for each in moved)
+        yield f"the motion of soil at rest does not die out: {text} of its displacement"
+
+
+def unload(subject: Subject) -> Iterator[str]:
+    """Elastic soil goes back to where it was."""
+    run = run_in_memory(with_unloading(subject.entries))
+    if run.exit_code:
+        yield f"unloading ends with {run.error}"
+        return
+    left = float(np.abs(run.moments[-1].displacement).max()) / Scales.of(run).length
+    if left > UNLOADED:
+        yield f"{left:.1e} of the displacement is left"
+
+
+def balance(subject: Subject) -> Iterator[str]:
+    """Forces, moments and energies are in balance after each step."""
+    yield from balances.faults(subject.run, subject.entries)
+
+
+Relation = Callable[[Subject], Iterator[str]]
+RELATIONS: dict[str, Relation] = {
+    "balance": balance, "mirror": mirror, "turn": turn, "shift": shift, "units": units,
+    "order": order, "resume": resume, "threads": threads, "rest": rest, "halved": halved,
+    "unload": unload, "commands": commands,
+}  # fmt: skip
+
+
+def faults(subject: Subject) -> list[str]:
+    """What does not hold of a model: its balances, and the relation chosen.
+
+    A model that has no equilibrium, or is refused as its soil is placed, says nothing.
+    """
+    if subject.run.exit_code:
+        return []
+    names = dict.fromkeys(["balance", subject.choice["relation"]])
+    return [f"{name}: {text}" for name in names for text in RELATIONS[name](subject)]

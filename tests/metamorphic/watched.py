@@ -1,0 +1,57 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The balance of each step as it was committed: what the aids of the solution bear in it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import numpy as np
+
+import tilth.analysis.simulation as simulation
+from tilth.arrays import Floats
+from tilth.terms.balance import Balance
+
+GHOST, SPRINGS = 2, -1
+"""Places of ghost stabilisation and weak springs in `Simulation.terms`."""
+
+
+class WatchedBalance(Balance):
+    """A balance that keeps the forces of the last committed step.
+
+    Attributes:
+        aids: force of ghost stabilisation and weak springs on the soil [force], (nodes, dim).
+        left: residual of the free degrees of freedom and of those of the boundaries.
+    """
+
+    aids: Floats
+    size: float
+
+    def commit(self, displacement: Floats) -> None:
+        """As `Balance.commit`."""
+        global _last
+        self.aids = -sum(self.terms[k].force(displacement) for k in (GHOST, SPRINGS))  # type: ignore[assignment]
+        soil = [np.linalg.norm(term.force(displacement)) for term in self.terms[:2]]
+        self.size = float(max(soil))
+        _last = self
+        super().commit(displacement)
+
+
+_last: WatchedBalance | None = None
+
+
+def last_balance() -> WatchedBalance:
+    """The balance of the step that was committed last."""
+    assert _last is not None
+    return _last
+
+
+@contextmanager
+def watched() -> Iterator[None]:
+    """Runs within it keep the balance of their last step."""
+    original = simulation.Balance
+    simulation.Balance = WatchedBalance  # type: ignore[misc]
+    try:
+        yield
+    finally:
+        simulation.Balance = original  # type: ignore[misc]
