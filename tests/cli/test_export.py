@@ -15,7 +15,7 @@ def test_files_are_written_and_wrong_names_refused(
     done = tilth("export", run, "--to", "csv", "--all", "--fields", "displacement_y, volume")
     assert (done.code, done.out) == (0, f"4 files written to {tmp_path / 'run_csv'}\n")
     first = (tmp_path / "run_csv" / "points_0002.csv").read_text().splitlines()[0]
-    assert first == "point_id,body,x [m],y [m],displacement_y [m],volume [m³]"
+    assert first == "point_id,body,x [m],y [m],displacement_y [m],volume [m²]"
     for choice, remedy in (
         (("--to", "csv", "--fields", "displacements"), "did you mean displacement"),
         (("--to", "csv", "--time", "77"), "choose from 0,"),

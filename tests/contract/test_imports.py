@@ -32,7 +32,8 @@ ROOMS = [
     "grid_lines",
     "mpi",
     "comm",
-    "arrays environment errors interrupt memory_errors timers",
+    "arrays environment interrupt memory_errors timers",
+    "errors",
     "_core __init__",
 ]
 """From the top down; those of one line do not import each other."""

@@ -14,6 +14,7 @@ from tilth.analysis.contact_output import contact_names
 from tilth.analysis.contact_warnings import contact_warnings
 from tilth.analysis.motions import motion_columns
 from tilth.analysis.simulation import Simulation
+from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
 from tilth.report.contact_texts import pair_text
 from tilth.solvers import linear_solver
@@ -162,21 +163,45 @@ def test_at_most_seven_fields() -> None:
 
 def test_bodies_that_would_pass_through_each_other() -> None:
     """Those of different fields that begin near each other need a pair."""
+
+    def refused(given: dict[str, Any]) -> str:
+        with pytest.raises(BadInput) as error:
+            initial_points(Model.from_dict(given))
+        return str(error.value)
+
     given = entries(bodies=[body("block", 0.0, 2.0), body("ground", 0.0, 0.0), body("c", 2.5, 0.0)])
-    text = refusal(given)
-    assert "'ground' and 'c' may begin nearer to each other than a cell" in text
+    text = refused(given)
+    assert "'ground' and 'c' begin nearer to each other than a cell" in text
+    assert "they are 0.5 of a cell apart" in text
     assert 'bodies = ["ground", "c"]' in text
-    Model.from_dict({**given, "contact_pairs": [pair(), pair("ground", "c")]})
+    initial_points(Model.from_dict({**given, "contact_pairs": [pair(), pair("ground", "c")]}))
     given["bodies"][2] = body("c", 3.0, 0.0)
-    Model.from_dict(given)
+    initial_points(Model.from_dict(given))
     # bodies that stick together come first
     ground, block, c = (
         body(n, x, y) for n, x, y in (("ground", 0, 0), ("block", 0, 2), ("c", 2, 0))
     )
     both = pair(), pair("block", "c")
-    assert "'ground' and 'c'" not in refusal(entries(bodies=[ground, c, block]))
     again = Model.from_dict(entries(*both, bodies=[ground, c, block]))
     assert again.fields() == {"ground": 0, "c": 0, "block": 1}
+    initial_points(again)
+
+
+@pytest.mark.parametrize(("start", "near"), [(3.0, False), (2.0, False), (1.8, True)])
+def test_bodies_in_the_bounds_of_another_are_apart(start: float, near: bool) -> None:
+    """A bar two cells from the limbs of a U around it, as a strut from the ground behind a wall."""
+    limbs = [[0, 0], [9, 0], [9, 5], [8, 5], [8, 1], [1, 1], [1, 5], [0, 5]]
+    u = {**body("u", 0.0, 0.0), "shape": {"type": "polygon", "vertices": limbs}}
+    bar = body("bar", 0.0, 0.0)
+    bar["shape"] = {"type": "box", "lower": [start, 3.0], "upper": [6.0, 4.0]}
+    given = entries(pair("lid", "u"), bodies=[body("lid", 3.0, 8.0), u, bar])
+    found = Model.from_dict(given)
+    assert found.fields()["u"] != found.fields()["bar"]
+    if near:
+        with pytest.raises(BadInput, match="'u' and 'bar' begin nearer to each other than a cell"):
+            initial_points(found)
+    else:
+        initial_points(found)
 
 
 def test_bodies_that_pass_through_each_other_are_warned_of(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -228,10 +253,13 @@ def test_bodies_that_are_never_there_together_need_no_pair() -> None:
     for going, fits in (("block", False), ("ground", True)):
         given = staged({}, {"deactivate": [going], "activate": ["c"]})
         given["bodies"].append(body("c", 2.5, 0.0))
+        model = Model.from_dict(given)
+        assert model.fields() == {"block": 0, "ground": 1, "c": 0}
         if fits:
-            assert Model.from_dict(given).fields() == {"block": 0, "ground": 1, "c": 0}
+            initial_points(model.of_stages[0])
         else:
-            assert "may begin nearer" in refusal(given)
+            with pytest.raises(BadInput, match="begin nearer"):
+                initial_points(model.of_stages[0])
 
 
 # --- results --------------------------------------------------------------------------------------

@@ -113,6 +113,10 @@ def test_what_only_contact_holds_is_named() -> None:
     text = causes_of(clay_block(1.0, boundaries=[base], rigid_bodies=[ball]))
     assert "only contact holds the rigid body 'ball' in x: " in text
     assert "only contact holds some of the soil" in text
+    assert "or more friction" in text
+    base["contact"] = ball["contact"] = {"normal": "unilateral", "tangential": "rough"}
+    rough = causes_of(clay_block(1.0, boundaries=[base], rigid_bodies=[ball]))
+    assert "or more friction" not in rough
     held = causes_of(clay_block(1.0))
     assert "contact" not in held
 
@@ -157,6 +161,48 @@ def test_nearly_incompressible_soil_without_f_bar_is_named() -> None:
     assert "nearly incompressible (Poisson's ratio 0.49)" in causes_of(entries)
     entries["bodies"][0]["anti_locking"] = "f_bar"
     assert "incompressible" not in causes_of(entries)
+
+
+@pytest.mark.parametrize(
+    ("changed", "f_bar", "said"),
+    [
+        ({"dilation_angle": 0.0}, False, "without a remedy against locking"),
+        ({"dilation_angle": 0.0}, True, None),
+        ({"dilation_angle": 10.0}, False, None),
+        ({"dilation_angle": 10.0}, True, 'compare a run with bodies[0].anti_locking = "none"'),
+        ({"dilation_angle": 10.0, "pore_fluid_bulk_modulus": 1e4}, True, None),
+    ],
+)
+def test_f_bar_is_advised_where_soil_keeps_its_volume_only(
+    changed: dict[str, Any], f_bar: bool, said: str | None
+) -> None:
+    """And against where it dilates: never both in turn for one soil."""
+    entries = clay_block(0.0)
+    entries["materials"]["soil"] = material_entries(
+        "mohr_coulomb", cohesion=1.0, friction_angle=30.0, poisson_ratio=0.3, **changed
+    )
+    if f_bar:
+        entries["bodies"][0]["anti_locking"] = "f_bar"
+    simulation = Simulation(Model.from_dict(entries))
+    simulation.points.elastic_share[:20] = 0.1
+    text = "; ".join(likely_causes(simulation, Clock(simulation.model.schedule), FAILURE))
+    assert "anti_locking" not in text if said is None else said in text
+    assert text.count("anti_locking") <= 1
+
+
+def test_layers_of_a_body_are_told_apart() -> None:
+    """Sand with F-bar over clay, which needs it."""
+    entries = clay_block(0.0)
+    entries["materials"]["sand"] = material_entries("mohr_coulomb", dilation_angle=5.0)
+    body = entries["bodies"][0]
+    del body["material"]
+    body |= {"layers": [{"material": "sand", "bottom": 2.0}, {"material": "soil"}]}
+    body["anti_locking"] = "f_bar"
+    simulation = Simulation(Model.from_dict(entries))
+    simulation.points.elastic_share[:] = 0.1
+    text = "; ".join(likely_causes(simulation, Clock(simulation.model.schedule), FAILURE))
+    assert "flows with a change of volume in sand, which does not lock" in text
+    assert "with the other layers, which may need it, as a body of their own" in text
 
 
 def test_naming_causes_changes_no_result() -> None:

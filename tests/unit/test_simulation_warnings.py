@@ -116,8 +116,12 @@ def test_soil_that_moves_far_further_than_what_drives_it_is_named(
     moved[3] = [0.0, cells * simulation.grid.cell_size[1]]
     run_warnings = RunWarnings()
     driven = float(moved.max()) / times
-    run_warnings.jump(moved, driven, simulation.points, simulation.grid.cell_size, 0.5)
+    run_warnings.jump(moved, driven, simulation.points, simulation.grid.cell_size, 0.5, False)
     assert any("material point 3" in text for text in run_warnings.texts) == warned
+    again = RunWarnings()
+    again.jump(moved, driven, simulation.points, simulation.grid.cell_size, 0.5, True)
+    assert len(again.texts) == warned
+    assert not any("predictor" in text for text in again.texts)
 
 
 @pytest.mark.parametrize(("load", "warned"), [(False, True), (True, False)])

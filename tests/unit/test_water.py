@@ -35,6 +35,7 @@ def wet(kind: str, level: Any = 1.3, basis: str = "gimp", **water: Any) -> dict[
     entries["loads"] = [weight(kind, 10.0) | ALL_FROM_THE_START]
     entries["materials"]["soil"] |= {"saturated_density": 2.2, "young_modulus": 1e4}
     entries["water"] = {"level": level, "unit_weight": 10.0, **water}
+    entries["units"] = {"force": "kN", "stress": "kPa", "mass": "t"}
     return entries
 
 
@@ -190,9 +191,9 @@ def test_results_history_and_report_have_the_water(tmp_path: Path) -> None:
     assert not found[:, 3:].any()
     history = read_history(result.folder / "history.csv")
     number = int(np.linalg.norm(place - [0.25, 0.25], axis=1).argmin())
-    assert history["u [Pa]"][-1] == pytest.approx(pressure[number])
-    assert history["total [Pa]"][-1] == pytest.approx(fields["cauchy_stress"][number, 1])
-    assert history["effective [Pa]"][-1] == pytest.approx(fields["effective_stress"][number, 1])
+    assert history["u [kPa]"][-1] == pytest.approx(pressure[number])
+    assert history["total [kPa]"][-1] == pytest.approx(fields["cauchy_stress"][number, 1])
+    assert history["effective [kPa]"][-1] == pytest.approx(fields["effective_stress"][number, 1])
     setup = read_setup(result.folder / "setup.npz", last)
     half = setup.water_at(0.5)
     assert half is not None

@@ -79,7 +79,10 @@ def warn(
             driven = np.abs(step.conditions.increment).max(
                 initial=step.constraints.largest_increment()
             )
-            warnings.jump(moved, float(driven), simulation.points, grid.cell_size, step.after)
+            predictor = simulation.model.analysis.predictor
+            warnings.jump(
+                moved, float(driven), simulation.points, grid.cell_size, step.after, predictor
+            )
 
 
 def move_surfaces(

@@ -30,7 +30,7 @@ THINNEST = 0.1
 
 def contact_warnings(model: Model) -> Iterator[tuple[str, str]]:
     """Yields coefficients that look like angles, and rigid surfaces with soil on one side only."""
-    for key, law in _laws(model):
+    for key, law in contact_laws(model):
         if law.friction is not None and law.friction > STEEPEST:
             angle = math.degrees(math.atan(law.friction))
             tangent = math.tan(math.radians(min(law.friction, 89.0)))
@@ -86,7 +86,7 @@ def _thin(model: Model, body: RigidBody) -> Iterator[tuple[str, str]]:
         )
 
 
-def _laws(model: Model) -> Iterator[tuple[str, Contact]]:
+def contact_laws(model: Model) -> Iterator[tuple[str, Contact]]:
     """Yields every law of contact with its place in the case file."""
     keys = model.boundary_keys() | model.rigid_body_keys()
     entries: list[ImplicitBoundary | RigidBody] = [*model.rigid_bodies]

@@ -162,8 +162,9 @@ def go_on_with(stored: StoredRun, model: Model, setup: Setup | StagedSetup) -> N
     folder = stored.folder
     declared = json.dumps(model.to_dict(), indent=1).encode()
     checksums = {
-        "model": zlib.crc32((folder / MODEL).read_bytes()), "next_model": zlib.crc32(declared)
-    }  # fmt: skip
+        "model": zlib.crc32((folder / MODEL).read_bytes()),
+        "next_model": zlib.crc32(declared),
+    }
     times = read_results(folder / RESULTS).times
     of_stages = stored.model.of_stages[: stored.progress.stage + 1] if model.stages else ()
     files = [folder / stage_checkpoint(each.stage.index) for each in of_stages]

@@ -9,8 +9,10 @@ from dataclasses import replace
 import numpy as np
 
 from tilth.analysis.clock import Clock
+from tilth.analysis.contact_warnings import contact_laws
 from tilth.analysis.model_warnings import NEARLY_INCOMPRESSIBLE, acts, at
 from tilth.analysis.simulation import Simulation
+from tilth.arrays import Flags
 from tilth.boundaries.conditions import require_no_rigid_motion
 from tilth.boundaries.implicit.passage import points_behind
 from tilth.errors import BadInput, StepFailed
@@ -42,6 +44,7 @@ def likely_causes(simulation: Simulation, clock: Clock, failure: StepFailed) -> 
         *_without_strength(simulation, failure),
         *_domains(simulation),
         *_locking(simulation),
+        *_f_bar_in_dilating_soil(simulation),
         *_first_step(simulation, clock),
     ]
 
@@ -116,9 +119,11 @@ def _held_by_contact(simulation: Simulation, clock: Clock) -> Iterator[str]:
             replace(step.constraints, contacts=()),
         )
     except BadInput:
+        laws = [law for _, law in contact_laws(simulation.model)]
+        slides = any(law.tangential in ("smooth", "friction", "adhesion") for law in laws)
         yield (
             f"only contact holds some of the soil: {beyond}, and it slides or comes off; add a "
-            "boundary that stops it, or more friction"
+            f"boundary that stops it{', or more friction' * slides}"
         )
 
 
@@ -188,15 +193,15 @@ def _locking(simulation: Simulation) -> Iterator[str]:
     """Bodies that keep their volume, by elasticity or by plastic flow, without F-bar."""
     points = simulation.points
     poisson = points.elastic_moduli().poisson
+    flows = (points.elastic_share < STEADY_FLOW) & ~_dilates(simulation)
     for body, own in points.whole_bodies():
         i = body.body
         if body.anti_locking != "none":
             continue
         ratio = float(poisson[own].max())
-        flows = points.elastic_share[own] < STEADY_FLOW
         if ratio >= NEARLY_INCOMPRESSIBLE:
             why = f"is nearly incompressible (Poisson's ratio {ratio:.3g})"
-        elif float(np.mean(flows)) >= FLOWING_SHARE:
+        elif float(np.mean(flows[own])) >= FLOWING_SHARE:
             why = "flows plastically, at constant volume or nearly so,"
         else:
             continue
@@ -204,6 +209,39 @@ def _locking(simulation: Simulation) -> Iterator[str]:
             f"the body {body.name!r} {why} without a remedy against locking, so that its pressures "
             f'oscillate: give bodies[{i}].anti_locking = "f_bar"'
         )
+
+
+def _f_bar_in_dilating_soil(simulation: Simulation) -> Iterator[str]:
+    """Bodies with F-bar whose soil changes its volume as it flows, and so does not lock."""
+    points = simulation.points
+    flows = (points.elastic_share < STEADY_FLOW) & _dilates(simulation)
+    for body, own in points.whole_bodies():
+        i, declared = body.body, simulation.model.bodies[body.body]
+        if body.anti_locking == "none" or float(np.mean(flows[own])) < FLOWING_SHARE:
+            continue
+        names = [
+            declared.materials[each.layer]
+            for each in points.bodies
+            if each.body == i and flows[each.points].any()
+        ]
+        apart = ""
+        if len(names) < len(declared.materials):
+            apart = ", with the other layers, which may need it, as a body of their own"
+        yield (
+            f"the body {body.name!r} flows with a change of volume in {' and '.join(names)}, which "
+            "does not lock, but F-bar gives it the mean change of each cell: compare a run "
+            f'with bodies[{i}].anti_locking = "none"{apart}'
+        )
+
+
+def _dilates(simulation: Simulation) -> Flags:
+    """Returns which points have a law that changes its volume in plastic flow, shape (n,)."""
+    points, model = simulation.points, simulation.model
+    found = np.zeros(len(points), dtype=bool)
+    for body in points.bodies:
+        material = model.materials[model.bodies[body.body].materials[body.layer]]
+        found[body.points] = material.dilates
+    return found
 
 
 def _first_step(simulation: Simulation, clock: Clock) -> Iterator[str]:

@@ -16,6 +16,7 @@ import numpy as np
 from tilth.analysis.contact_warnings import contact_warnings
 from tilth.analysis.overlaps import overlapping_bodies
 from tilth.analysis.table_warnings import table_warnings
+from tilth.analysis.unit_warnings import unit_warnings
 from tilth.arrays import Floats
 from tilth.boundaries.implicit.passage import points_behind, surface_behind
 from tilth.model import (
@@ -77,6 +78,7 @@ def _warnings_of(simulation: Simulation, in_advance: bool) -> Iterator[tuple[str
     model, points = simulation.model, simulation.undeformed()
     if not model.stage.follows:  # others begin with stresses
         yield from _no_cause(model)
+        yield from unit_warnings(model, points)
     yield from _overlaps(model, points)
     yield from _behind(simulation, in_advance)
     yield from _far_positions(model, points, simulation.grid)

@@ -194,9 +194,8 @@ class Recorder:
             index = self.simulation.model.stage.index
             self._checkpoint_at_once(stage_checkpoint(index))
 
-    def factor_of_safety(self, stage: str, factor: float, above: float) -> None:
+    def factor_of_safety(self, stage: str, text: str) -> None:
         """Records the result of a strength reduction."""
-        text = f"factor of safety {factor:.4g} (none in equilibrium from {above:.4g} on)"
         self.log.reduction(stage, self.analysis.time, text)
         if self._progress is not None:
             self._progress.message(f"{stage}: {text}")

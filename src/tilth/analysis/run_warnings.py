@@ -299,12 +299,18 @@ class RunWarnings:
             depth *= 0.5
 
     def jump(
-        self, moved: Floats, driven: float, points: MaterialPoints, cell_size: Floats, time: float
+        self,
+        moved: Floats,
+        driven: float,
+        points: MaterialPoints,
+        cell_size: Floats,
+        time: float,
+        predictor: bool,
     ) -> None:
         """Soil that moves much further in a step than the boundaries that alone drive it.
 
         moved: displacement of the points in the step [length], shape (n, dim). driven: how far the
-        boundaries move in it [length].
+        boundaries move in it [length]. predictor: whether the analysis has one.
         """
         point = int((moved**2).sum(axis=1).argmax())
         way = float(np.linalg.norm(moved[point]))
@@ -314,8 +320,8 @@ class RunWarnings:
                 f"in the step to time {time:.6g} material point {points.point_id[point]} moves by "
                 f"{way:.3g}, {way / driven:.0f} times as far as any boundary, and no load changes: "
                 "the soil slides by itself, or Newton's iteration ended in another equilibrium "
-                "than the one that it followed; compare a run in smaller steps or with "
-                "predictor = true",
+                "than the one that it followed; compare a run in smaller steps"
+                f"{'' if predictor else ' or with predictor = true'}",
             )
 
     def strayed(self, way: float, explained: float) -> None:

@@ -9,10 +9,10 @@ from pathlib import Path
 from rich.console import Console
 from rich.text import Text
 
-from tilth.analysis.safety import Trial
 from tilth.analysis.safety_run import safety
+from tilth.analysis.safety_search import Trial
 from tilth.case import load_case
-from tilth.errors import BadInput, visible
+from tilth.errors import AnalysisFailed, BadInput, visible
 from tilth.model import StrengthReduction
 from tilth.output.folder import load_model
 from tilth.output.safety_files import read_safety
@@ -41,6 +41,7 @@ def find_safety(
 
     Raises:
         BadInput, AnalysisFailed, KeyboardInterrupt: as `safety`.
+        AnalysisFailed: the factor is undecided; its files are written.
     """
     settings = StrengthReduction(tolerance=tolerance, start=start)
     is_run = case.is_dir()
@@ -51,7 +52,7 @@ def find_safety(
 
     def on_trial(trial: Trial) -> None:
         moved = f"largest displacement {trial.displacement:.4g} {model.units.length}".rstrip()
-        found = f"no equilibrium ({trial.failure})" if trial.failure else moved
+        found = f"{trial.outcome.value} ({trial.failure})" if trial.failure else moved
         line = f"factor {trial.factor:<8.6g} {trial.iterations:3d} iterations  {found}"
         console.print(Text(visible(line)), soft_wrap=True)
 
@@ -67,5 +68,11 @@ def find_safety(
         )
     except BadInput as error:
         raise error if error.file or is_run else error.in_file(case) from None
-    console.print(Text(text_of(read_safety(folder))), soft_wrap=True)
+    summary = read_safety(folder)
+    console.print(Text(text_of(summary)), soft_wrap=True)
     console.print(Text(visible(f"results in {folder}")), soft_wrap=True)
+    if not summary.is_decided:
+        raise AnalysisFailed(
+            f"the factor of safety is undecided: {summary.bracket}",
+            "smaller cells, a small cohesion or a wider tolerance may decide it",
+        )

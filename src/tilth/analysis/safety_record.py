@@ -17,7 +17,7 @@ from tilth.analysis.snapshots import snapshot, units_of
 from tilth.comm import together
 from tilth.output import ResultsWriter, Snapshot, read_results
 from tilth.output.folder import SafetyFiles, safety_files
-from tilth.output.safety_files import SafetySummary, write_safety
+from tilth.output.safety_files import SafetySummary, StoredTrial, write_safety
 from tilth.report.safety import PLASTIC_INCREMENT, draw_mechanism
 from tilth.report.texts import save
 
@@ -79,13 +79,25 @@ def _write(
     drawn = draw_mechanism(read_results(folder / files.mechanism), axisymmetric=axisymmetric)
     save(next(iter(drawn.values())), folder / files.picture, dpi=130)
     trials = [
-        (t.factor, None if math.isnan(t.displacement) else t.displacement, t.iterations, t.failure)
-        for t in result.trials
+        StoredTrial(
+            factor=trial.factor,
+            displacement=None if math.isnan(trial.displacement) else trial.displacement,
+            iterations=trial.iterations,
+            outcome=trial.outcome.value,
+            reason=trial.failure,
+        )
+        for trial in result.trials
     ]
     summary = SafetySummary(
-        result.factor, result.above, state.time, result.criterion + _still_held(simulation, time),
-        result.largest_displacement, trials,
-    )  # fmt: skip
+        factor=result.factor,
+        above=None if math.isinf(result.above) else result.above,
+        tolerance=result.tolerance,
+        undecided=result.undecided,
+        time=state.time,
+        criterion=result.criterion + _still_held(simulation, time),
+        largest_displacement=result.largest_displacement,
+        trials=trials,
+    )
     write_safety(folder, summary, units["length"], files)
 
 

@@ -8,8 +8,9 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from tilth.analysis.run import run, set_threads
-from tilth.analysis.safety import SafetyResult, Trial, strength_reduction
+from tilth.analysis.safety import SafetyResult, strength_reduction
 from tilth.analysis.safety_record import record
+from tilth.analysis.safety_search import Trial
 from tilth.analysis.setup import write_report
 from tilth.analysis.staged import end_time
 from tilth.analysis.stored_run import StoredRun
@@ -35,6 +36,8 @@ def safety(
     on_trial: Callable[[Trial], None] = lambda trial: None,
 ) -> SafetyResult:
     """Finds the factor of safety at the end of an analysis, and writes its files.
+
+    Where the result is not `is_decided`, only its bracket is certain.
 
     Besides the files of the run the folder gets `safety.csv`, `safety.json`, `safety.vtkhdf` and
     `safety.png`; the report shows them.

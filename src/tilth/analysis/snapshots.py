@@ -91,9 +91,15 @@ def _varying(points: MaterialPoints, name: str, number: Integers) -> Floats:
 
 
 def units_of(model: Model) -> dict[str, str]:
-    """Returns the labels of the units, and of the state variables of the user's laws."""
+    """Returns the labels of the units, of volumes, and of the state variables of the user's laws.
+
+    Volumes are per unit thickness in plane strain, so that theirs is that of an area.
+    """
     labels = {name: str(label) for name, label in model.units.model_dump().items()}
     of_laws = {name for law in model.laws.values() if law.source for name in law.state_variables}
     units = model.state_units()
     own = {name: labels["stress"] for name in sorted(of_laws) if units[name] == "stress"}
-    return labels | own
+    plane = model.analysis.kind == "plane_strain"
+    power = "\N{SUPERSCRIPT TWO}" if plane else "\N{SUPERSCRIPT THREE}"
+    volume = f"{labels['length']}{power}" if labels["length"] else ""
+    return labels | {"volume": volume} | own

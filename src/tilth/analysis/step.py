@@ -71,6 +71,7 @@ def solve_step(
     timers: Timers,
     guess: Floats | None = None,
     on_iteration: Callable[[int, float], None] = lambda iteration, residual: None,
+    unknowns: Floats | None = None,
 ) -> Equilibrium:
     """Finds displacement u and global unknowns g of the step without a residual on what is free.
 
@@ -82,6 +83,8 @@ def solve_step(
         timers: measure the time of assembly and solution.
         guess: nodal displacement to begin with (nodes, dim); none if not given.
         on_iteration: is called with the iteration and its relative residual.
+        unknowns: global unknowns to begin with, (m,), those of the guess; those at the start of
+            the step if not given.
 
     Raises:
         StepFailed: no equilibrium within the iterations, an inverted point, a singular system.
@@ -91,7 +94,7 @@ def solve_step(
     linearised = Linearisation(balance, constrained, solver, timers)
     residuals: list[float] = []
     begun, reuse = 0, Reuse.NOTHING
-    now, initial_reaction, moving = _first_state(residual, balance, conditions, guess)
+    now, initial_reaction, moving = _first_state(residual, balance, conditions, guess, unknowns)
     while True:
         if newton.changes is Changes.CAREFUL and balance.adapt(now.displacement):
             now = residual.at(now.displacement, now.unknowns)
@@ -138,18 +141,22 @@ def _revised(balance: Balance, now: State, residuals: list[float]) -> bool:
 
 
 def _first_state(
-    residual: Residual, balance: Balance, conditions: Conditions, guess: Floats | None
+    residual: Residual,
+    balance: Balance,
+    conditions: Conditions,
+    guess: Floats | None,
+    unknowns: Floats | None,
 ) -> tuple[State, Floats, bool]:
     """Returns where the iteration begins, the reaction at the start of the step, (nodes, dim), and
     whether the prescribed degrees of freedom have yet to move.
     """
     constrained = conditions.constrained
     zero = np.zeros_like(conditions.increment)
-    unknowns = balance.first_unknowns()
+    first_unknowns = balance.first_unknowns()
     moving = bool(balance.comm.max(float(conditions.increment.any())))
     initial_reaction = np.zeros_like(zero)
     if moving or guess is None:  # what does not move does no work: its first reaction is not needed
-        first = residual.at(zero, unknowns)
+        first = residual.at(zero, first_unknowns)
         internal = first.forces.residual + first.forces.load - first.forces.inertia
         external = balance.load_before - balance.inertia_before
         initial_reaction = np.where(constrained, internal - external, 0.0)
@@ -158,9 +165,10 @@ def _first_state(
     try:
         start = np.where(constrained, conditions.increment, guess)
         balance.begin_at_guess()
-        return residual.at(start, unknowns), initial_reaction, False
+        begun = first_unknowns if unknowns is None else unknowns
+        return residual.at(start, begun), initial_reaction, False
     except StepFailed:
-        return residual.at(zero, unknowns), initial_reaction, moving
+        return residual.at(zero, first_unknowns), initial_reaction, moving
 
 
 class Reuse(Enum):

@@ -73,6 +73,11 @@ class ModifiedCamClay(PoreFluid):
     """Mean effective stress at the tip of the initial yield surface [stress], > 0."""
 
     @property
+    def dilates(self) -> bool:
+        """Whether the volume changes in plastic flow, as it does if water can leave."""
+        return not self.keeps_water
+
+    @property
     def has_preconsolidation(self) -> bool:
         """Whether the material itself gives its preconsolidation."""
         given = (self.overconsolidation_ratio, self.preconsolidation_pressure)

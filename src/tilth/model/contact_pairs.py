@@ -13,7 +13,6 @@ from tilth.model.base import Declared
 from tilth.model.contact import Contact
 from tilth.model.fields import AsTuple, Entries, Name
 from tilth.model.problems import reject, unknown_name
-from tilth.model.staging import stage_models
 
 if TYPE_CHECKING:
     from tilth.model.bodies import Body
@@ -119,7 +118,7 @@ def _surface_problems(model: Model, key: str, body: Body) -> Iterator[Problem]:
 
 
 def field_problems(model: Model) -> Iterator[Problem]:
-    """Yields too many fields, and bodies that would pass through each other."""
+    """Yields too many fields."""
     fields = model.fields()
     if max(fields.values()) >= MOST_FIELDS:
         most = max(fields, key=fields.__getitem__)
@@ -128,7 +127,14 @@ def field_problems(model: Model) -> Iterator[Problem]:
             f"fields, and there can be {MOST_FIELDS}"
         )
         yield Problem("contact_pairs", what, "declare fewer pairs between the same bodies")
-        return
+
+
+def unpaired_bodies(model: Model) -> Iterator[tuple[str, str]]:
+    """Yields names of bodies of different fields that have no contact pair but may meet.
+
+    They are there at the same time, and bounding boxes, where they are known, are near.
+    """
+    fields = model.fields()
     paired = {frozenset(pair.bodies) for pair in model.contact_pairs}
     bounds = {body.name: body.shape.bounds() for body in model.bodies}
     for i, body in enumerate(model.bodies):
@@ -137,24 +143,13 @@ def field_problems(model: Model) -> Iterator[Problem]:
             if fields[body.name] == fields[other.name] or frozenset(names) in paired:
                 continue
             if _together(model, *names) and _near(model, bounds[body.name], bounds[other.name]):
-                what = (
-                    f"the bodies {other.name!r} and {body.name!r} may begin nearer to each other "
-                    "than a cell. They have no contact pair, but displacement fields of their own "
-                    "because of their contact with others: they would pass through each other"
-                )
-                remedy = (
-                    f'declare a pair with bodies = ["{other.name}", "{body.name}"]; if they stick '
-                    "together, list these two before all other bodies of pairs"
-                )
-                yield Problem("contact_pairs", what, remedy)
+                yield names
 
 
 def _together(model: Model, *names: str) -> bool:
     """Whether bodies are there at the same time in any stage."""
-    if not model.stages:
-        return True
-    absent = [stage.stage.absent_bodies for stage in stage_models(model)]
-    return any(not each.intersection(names) for each in absent)
+    absences = model.of_stages[0].stage.absences or (frozenset(),)
+    return any(not each.intersection(names) for each in absences)
 
 
 def _near(model: Model, one: Bounds | None, other: Bounds | None) -> bool:

@@ -3,8 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, Literal
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, PlainValidator, model_validator
 
@@ -24,12 +24,13 @@ from tilth.model.fields import (
     Vector,
     real,
 )
-from tilth.model.problems import reject, rejection
+from tilth.model.problems import dotted, reject, rejection
 from tilth.model.variation import (
     Level,
     VaryingNotNegative,
     VaryingPositive,
     VaryingReal,
+    or_varying,
     variations,
 )
 
@@ -55,7 +56,28 @@ def _overconsolidated(value: float) -> float:
 
 
 CoefficientAtRest = Annotated[float | str, PlainValidator(_at_rest)]
-Overconsolidation = Annotated[Real, AfterValidator(_overconsolidated)]
+if TYPE_CHECKING:  # for type checkers a number: `tilth.fields` evaluates all else
+    Overconsolidation = Real
+else:
+    Overconsolidation = or_varying(Annotated[Real, AfterValidator(_overconsolidated)])
+
+_ALTERNATIVES = (("K0", "K0_nc"), ("overconsolidation_ratio", "pre_overburden_pressure"))
+
+
+class _WithPast(Declared):
+    """Of two entries that say the same in two ways, one is given."""
+
+    @model_validator(mode="after")
+    def _one_way(self) -> Any:
+        problems = []
+        for one, other in _ALTERNATIVES:
+            value = getattr(self, other)
+            if value is not None and getattr(self, one) is not None:
+                what = f"is given together with `{one}`"
+                problems.append(Problem(other, what, f"give one of `{one}` and `{other}`", value))
+        if problems:
+            raise rejection(problems)
+        return self
 
 
 class GivenStress(Declared):
@@ -69,19 +91,23 @@ class GivenStress(Declared):
     is radial, yy axial, zz hoop), xx, yy, zz, xy, yz, xz in 3D."""
 
 
-class MaterialAtRest(Declared):
+class MaterialAtRest(_WithPast):
     """What one material of a body has of its own; the entry of the body gives the rest."""
 
     K0: CoefficientAtRest | None = None
     """Coefficient of earth pressure at rest of this material, as in the entry of the body."""
+    K0_nc: CoefficientAtRest | None = None
+    """That of its first loading, in place of `K0`, as in the entry of the body."""
     overconsolidation_ratio: Overconsolidation | None = None
     """Overconsolidation ratio of this material, as in the entry of the body."""
+    pre_overburden_pressure: VaryingNotNegative | None = None
+    """Pre-overburden pressure of this material, as in the entry of the body."""
 
 
 MaterialsAtRest = Mapping[Name, MaterialAtRest]
 
 
-class AtRest(Declared):
+class AtRest(_WithPast):
     """Stress at rest: the weight above acts vertically, K0 times the effective stress sideways.
 
     The weight is that of all declared soil vertically above the point, of its own body and of
@@ -97,11 +123,21 @@ class AtRest(Declared):
     """Coefficient of earth pressure at rest [-], > 0: horizontal over vertical effective stress; or
     "1-sin_phi" for (1 - sin(phi)) OCR^sin(phi) with the friction angle of each material (Jaky 1944;
     Mayne and Kulhawy 1982). With Drucker-Prager and Cam Clay the angle is that in triaxial
-    compression. Required unless `materials` gives it for each material of the body."""
+    compression. Overconsolidated soil has at most (1 + sin(phi)) / (1 - sin(phi)). This or `K0_nc`
+    is required, unless `materials` gives it for each material of the body."""
+    K0_nc: CoefficientAtRest | None = None
+    """In place of `K0`, the coefficient of first loading [-], > 0, or "1-sin_phi", for soil that
+    was then unloaded elastically: K0 = K0_nc OCR - nu / (1 - nu) (OCR - 1) with Poisson's ratio nu
+    of each material. It needs one of the two next entries, and has the same greatest value."""
     overconsolidation_ratio: Overconsolidation | None = None
-    """OCR [-], >= 1: greatest past over present vertical effective stress, for "1-sin_phi" and for
-    the preconsolidation of Cam Clay, whose material then gives none. Its past stress was
-    OCR sigma_v, and (1 - sin(phi)) OCR sigma_v sideways. 1 for "1-sin_phi" if not given."""
+    """OCR [-], >= 1: greatest past over present vertical effective stress, for "1-sin_phi", `K0_nc`
+    and the preconsolidation of Cam Clay, whose material then gives none. Its past stress was
+    OCR sigma_v, and (1 - sin(phi)) OCR sigma_v sideways, or K0_nc OCR sigma_v. 1 for "1-sin_phi" if
+    neither this nor the next entry is given. A number, or varying like a parameter of a material.
+    """
+    pre_overburden_pressure: VaryingNotNegative | None = None
+    """In place of the ratio, POP [stress], >= 0: greatest past less present vertical effective
+    stress, so that OCR = (sigma_v + POP) / sigma_v at each point."""
     materials: MaterialsAtRest = Field(default_factory=dict)
     """Values of single materials of the body, by the material's name, such as
     { clay = { K0 = 0.6 } }."""
@@ -112,6 +148,11 @@ class AtRest(Declared):
     height. If not given, what the declared bodies contain is all that has weight."""
     surcharge: NotNegative = 0.0
     """Vertical pressure on the ground [stress], >= 0; a load of the same size must act on it."""
+
+    def parts(self) -> list[tuple[str, Declared]]:
+        """Returns the entry and those of single materials, with their keys in it."""
+        of_materials = [(dotted(("materials", name)), own) for name, own in self.materials.items()]
+        return [("", self), *of_materials]
 
 
 class GravityStress(Declared):
@@ -239,8 +280,17 @@ class Initial(Declared):
 
     def functions(self) -> list[Any]:
         """Returns the functions of the user, "file.py:name", that give a stress or a velocity."""
-        found = [v for each in (*self.stress, *self.velocity) for v in variations(each).values()]
+        found = [v for _, each in self.entries() for v in variations(each).values()]
         return [getattr(each, "function", None) for each in found]
+
+    def entries(self) -> Iterator[tuple[str, Declared]]:
+        """Yields the entries of all bodies, and those of single materials in them, with keys."""
+        for i, each in enumerate(self.stress):
+            parts = each.parts() if isinstance(each, AtRest) else [("", each)]
+            for key, part in parts:
+                yield f"initial.stress[{i}]{'.' if key else ''}{key}", part
+        for i, velocity in enumerate(self.velocity):
+            yield f"initial.velocity[{i}]", velocity
 
     def of(self, body: str) -> tuple[str, InitialStress] | None:
         """Returns the key and the entry of a body's stress; None without one."""

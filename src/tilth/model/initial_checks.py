@@ -4,12 +4,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from tilth.errors import Problem
 from tilth.model.bodies import Body
 from tilth.model.cam_clay import ModifiedCamClay
-from tilth.model.initial import JAKY, AtRest, GivenStress, GravityStress
+from tilth.model.initial import JAKY, AtRest, GivenStress, GravityStress, MaterialAtRest
+from tilth.model.materials import Material
 from tilth.model.problems import dotted, unknown_name
 from tilth.model.soils import DruckerPrager, MohrCoulomb
 from tilth.model.staging import placed_later
@@ -125,31 +127,86 @@ def _at_rest(model: Model, entry: AtRest, key: str, body: Body) -> Iterator[Prob
         material = model.materials.get(name)
         if material is None:
             continue
-        own, where = at_rest_of(entry, name), key
-        if name in entry.materials and entry.materials[name].K0 is not None:
-            where = dotted((f"{key}.materials", name))
-        if own[0] is None:
-            remedy = f'give a number or "{JAKY}", for the body or for this material'
-            yield Problem(f"{key}.K0", f"missing for the material {name!r}", remedy)
-        elif own[0] == JAKY and not isinstance(
-            material, MohrCoulomb | DruckerPrager | ModifiedCamClay
-        ):
-            what = f"the material {name!r} ({material.model}) has no friction angle"
-            yield Problem(f"{where}.K0", what, "give a number", JAKY)
-        elif own[1] is not None and own[0] != JAKY and not isinstance(material, ModifiedCamClay):
-            what = f"is of no use for the material {name!r}: its K0 is a number"
-            remedy = f'leave it out, or give K0 = "{JAKY}"'
-            yield Problem(f"{where}.overconsolidation_ratio", what, remedy, own[1])
+        rest = at_rest_of(entry, name)
+        if problem := _coefficient(rest, name, material):
+            yield Problem(f"{key}{problem.key}", problem.problem, problem.remedy, problem.value)
 
 
-def at_rest_of(entry: AtRest, material: str) -> tuple[float | str | None, float | None]:
-    """Returns K0 and the overconsolidation ratio of a material of the entry's body, as declared."""
+def _coefficient(rest: RestOfMaterial, name: str, material: Material) -> Problem | None:
+    """Returns what is wrong with the coefficient of a material; the key begins with a point."""
+    if rest.K0 is None and rest.K0_nc is None:
+        remedy = f'give a number or "{JAKY}", for the body or for this material'
+        return Problem(".K0", f"missing for the material {name!r}", remedy)
+    key, value = ("K0", rest.K0) if rest.K0 is not None else ("K0_nc", rest.K0_nc)
+    if value == JAKY and not isinstance(material, MohrCoulomb | DruckerPrager | ModifiedCamClay):
+        what = f"the material {name!r} ({material.model}) has no friction angle"
+        return Problem(f"{rest.of_coefficient}.{key}", what, "give a number", JAKY)
+    if rest.K0_nc is not None and rest.past is None:
+        what = f"no overconsolidation of the material {name!r} is given"
+        remedy = "give `overconsolidation_ratio` or `pre_overburden_pressure`, or `K0` instead"
+        return Problem(f"{rest.of_coefficient}.K0_nc", what, remedy, value)
+    if rest.K0_nc is not None and getattr(material, "poisson_ratio", None) is None:
+        what = f"the material {name!r} has no Poisson's ratio for its unloading"
+        return Problem(f"{rest.of_coefficient}.K0_nc", what, "give `K0` instead", value)
+    is_number = isinstance(rest.K0, float) and not isinstance(material, ModifiedCamClay)
+    if rest.past is not None and is_number:
+        what = f"is of no use for the material {name!r}: its K0 is a number"
+        remedy = f'leave it out, or give K0 = "{JAKY}", or `K0_nc` in place of K0'
+        return Problem(f"{rest.of_past}.{rest.past_key}", what, remedy, rest.past)
+    return None
+
+
+@dataclass(frozen=True)
+class RestOfMaterial:
+    """What is declared of the stress at rest of one material of a body.
+
+    Attributes:
+        K0, K0_nc: as in `AtRest`; at most one of them.
+        overconsolidation_ratio, pre_overburden_pressure: likewise, numbers or variations.
+        of_coefficient, of_past: where each pair is given in the entry of the body: "" for the body,
+            ".materials.NAME" for the material.
+    """
+
+    K0: float | str | None
+    K0_nc: float | str | None
+    overconsolidation_ratio: float | None
+    pre_overburden_pressure: float | None
+    of_coefficient: str
+    of_past: str
+
+    @property
+    def past_key(self) -> str:
+        """Which of the two tells of the past stress."""
+        given = self.pre_overburden_pressure is not None
+        return "pre_overburden_pressure" if given else "overconsolidation_ratio"
+
+    @property
+    def past(self) -> float | None:
+        """That entry; None without one."""
+        value: float | None = getattr(self, self.past_key)
+        return value
+
+
+def at_rest_of(entry: AtRest, material: str) -> RestOfMaterial:
+    """Returns what is declared of a material of a body; its own goes before that of the body."""
     own = entry.materials.get(material)
-    coefficient = entry.K0 if own is None or own.K0 is None else own.K0
-    ratio = entry.overconsolidation_ratio
-    if own is not None and own.overconsolidation_ratio is not None:
-        ratio = own.overconsolidation_ratio
-    return coefficient, ratio
+    key = dotted(("materials", material))
+    coefficient: AtRest | MaterialAtRest = entry
+    past: AtRest | MaterialAtRest = entry
+    if own is not None and (own.K0 is not None or own.K0_nc is not None):
+        coefficient = own
+    if own is not None and (
+        own.overconsolidation_ratio is not None or own.pre_overburden_pressure is not None
+    ):
+        past = own
+    return RestOfMaterial(
+        coefficient.K0,
+        coefficient.K0_nc,
+        past.overconsolidation_ratio,
+        past.pre_overburden_pressure,
+        "" if coefficient is entry else f".{key}",
+        "" if past is entry else f".{key}",
+    )
 
 
 def _preconsolidation(model: Model) -> Iterator[Problem]:
@@ -160,18 +217,20 @@ def _preconsolidation(model: Model) -> Iterator[Problem]:
             material = model.materials.get(name)
             if not isinstance(material, ModifiedCamClay):
                 continue
-            given, ratio = material.has_preconsolidation, None
+            given, rest = material.has_preconsolidation, None
             if found is not None and isinstance(found[1], AtRest):
-                ratio = at_rest_of(found[1], name)[1]
-            if given and ratio is not None and found is not None:
+                rest = at_rest_of(found[1], name)
+            past = None if rest is None else rest.past
+            if given and past is not None and found is not None and rest is not None:
                 what = f"the material {name!r} has a preconsolidation of its own"
                 remedy = "give it here or there, not in both places"
-                yield Problem(f"{found[0]}.overconsolidation_ratio", what, remedy, ratio)
-            elif not given and ratio is None:
+                where = f"{found[0]}{rest.of_past}.{rest.past_key}"
+                yield Problem(where, what, remedy, past)
+            elif not given and past is None:
                 key = dotted(("materials", name, "overconsolidation_ratio"))
                 remedy = (
                     "give exactly one of `overconsolidation_ratio` and `preconsolidation_pressure`,"
                     f' or an entry [[initial.stress]] of bodies[{i}] of type "k0" with '
-                    "`overconsolidation_ratio`"
+                    "`overconsolidation_ratio` or `pre_overburden_pressure`"
                 )
                 yield Problem(key, "missing", remedy)

@@ -92,6 +92,11 @@ class AnyMaterial(Declared):
         """Whether no water leaves or enters the pores when the volume changes."""
         return bool(self.watertight)
 
+    @property
+    def dilates(self) -> bool:
+        """Whether the volume is known to change in plastic flow."""
+        return False
+
     @model_validator(mode="after")
     def _densities_fit_together(self) -> Any:
         saturated, what = self.saturated_density, ""

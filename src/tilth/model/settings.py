@@ -31,7 +31,10 @@ Kind = Literal["plane_strain", "axisymmetric", "3d"]
 
 
 class Units(Declared):
-    """Labels of the user's consistent units, shown in every output; nothing is converted."""
+    """Labels of the user's consistent units, shown in every output; nothing is converted.
+
+    Known labels, such as m, kN, kPa and t, are checked against each other and against the numbers.
+    """
 
     length: Label = "m"
     """Label of lengths and displacements."""

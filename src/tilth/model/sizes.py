@@ -184,9 +184,9 @@ def _variations(model: Model) -> Iterator[tuple[str, Variation]]:
     for name, material in model.materials.items():
         for key, variation in variations(material).items():
             yield dotted(("materials", name, key)), variation
-    for i, entry in enumerate(model.initial.stress):
+    for place, entry in model.initial.entries():
         for key, variation in variations(entry).items():
-            yield f"initial.stress[{i}].{key}", variation
+            yield f"{place}.{key}", variation
 
 
 def _vectors(model: Model) -> Iterator[tuple[str, Any]]:

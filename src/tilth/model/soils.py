@@ -25,6 +25,9 @@ FLATTEST = 1e-3
 """Least friction angle that is not zero [degrees]: the apex of a flatter cone is lost in round-off.
 """
 
+LEAST_DILATION = 1.0
+"""Dilation angle from which on flow does not keep the volume nearly [degrees]."""
+
 NO_CUT_OFF = sys.float_info.max
 """Tension cut-off of the core's laws without one [stress]."""
 
@@ -88,6 +91,12 @@ class _Frictional(WithPoreFluid):
     def law(self) -> Law:
         """The law of the core; see `PoreFluid`."""
         return laws()[f"separating_{self.model}"] if self.separates else super().law
+
+    @property
+    def dilates(self) -> bool:
+        """Whether the volume changes in plastic flow: by the dilation angle, if water can enter."""
+        psi = self.dilation_angle
+        return not self.keeps_water and not (isinstance(psi, float) and psi < LEAST_DILATION)
 
     def separation_problems(self, cut_off: object) -> Iterator[Problem]:
         """Yields what does not go with `separates`.

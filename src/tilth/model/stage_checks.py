@@ -302,12 +302,12 @@ def _exchange_problems(model: Model, models: Sequence[Model]) -> Iterator[Proble
         for before, after in zip(model.bodies, of_stage.bodies, strict=True):
             found = model.initial.of(before.name)
             for old, new in zip(before.materials, after.materials, strict=True):
-                law, ratio = model.materials[new], None
+                law, past = model.materials[new], None
                 if found is not None and isinstance(found[1], AtRest):
-                    ratio = at_rest_of(found[1], old)[1]
+                    past = at_rest_of(found[1], old).past
                 if old == new or new in seen or not isinstance(law, ModifiedCamClay):
                     continue
-                if law.has_preconsolidation or ratio is not None:
+                if law.has_preconsolidation or past is not None:
                     continue
                 seen.add(new)
                 what = (

@@ -9,7 +9,7 @@ them are there (`Model.present`). It has only the boundaries that act. Its loads
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from pydantic import BaseModel
@@ -48,6 +48,7 @@ class StageOfModel:
         jumps: names of loads whose tables do not begin with their factors at the end of the last
             stage, with this factor and the first one.
         absent_bodies: names of the bodies that are not there.
+        absences: the same of every stage; empty in a model without stages.
         absent_loads: numbers of the loads that do not act.
         boundary_keys: where each boundary stands in the case file, by name.
         rigid_body_keys: the same of rigid bodies.
@@ -64,6 +65,7 @@ class StageOfModel:
     start: float = 0.0
     jumps: tuple[tuple[str, float, float], ...] = ()
     absent_bodies: frozenset[str] = frozenset()
+    absences: tuple[frozenset[str], ...] = ()
     absent_loads: frozenset[int] = frozenset()
     boundary_keys: Mapping[str, str] | None = None
     rigid_body_keys: Mapping[str, str] | None = None
@@ -177,6 +179,9 @@ def stage_models(model: Model) -> tuple[Model, ...]:
             )
         )  # fmt: skip
         start += end
+    absences = tuple(each.stage.absent_bodies for each in found)
+    for each in found:
+        each.__dict__["stage"] = replace(each.stage, absences=absences)
     return tuple(found)
 
 

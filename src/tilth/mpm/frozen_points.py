@@ -22,7 +22,7 @@ from tilth.model.isotropic import AnyMaterial
 from tilth.model.problems import dotted
 from tilth.mpm.points import MaterialPoints, PointRange
 
-FROZEN_STRAIN = 1e-5
+FROZEN_STRAIN = 1e-7
 """Mean elastic strain on the frozen geometry [-]."""
 
 

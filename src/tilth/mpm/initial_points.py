@@ -13,6 +13,7 @@ from tilth.fields.evaluate import parameter_values
 from tilth.model import Model
 from tilth.model.isotropic import ParametersAt, Values
 from tilth.model.problems import dotted
+from tilth.mpm.apart import require_apart
 from tilth.mpm.background import background_grid
 from tilth.mpm.domains import keep_off_axis
 from tilth.mpm.grid import Grid
@@ -31,8 +32,8 @@ def initial_points(model: Model) -> MaterialPoints:
 
     Raises:
         BadInput: a body or a layer without points, a parameter that has no admissible value at a
-            point, a stress that its law cannot have, or a law of the user that cannot be loaded or
-            has other moduli than the declared ones.
+            point, bodies that would pass through each other, a stress that its law cannot have, or
+            a law of the user that cannot be loaded or has other moduli than the declared ones.
     """
     bodies: list[PointRange] = []
     parts: list[BodyPoints] = []
@@ -92,6 +93,7 @@ def initial_points(model: Model) -> MaterialPoints:
         parameters,
         _at_all_points(bodies, declared, start),
     )
+    require_apart(model, points, grid)
     if model.bodies == first.bodies:
         start_with_stress(points, model, starts)
     if model.analysis.has_mass:

@@ -4,21 +4,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from tilth.arrays import Floats
 from tilth.errors import BadInput
-from tilth.fields.evaluate import parameter_values
+from tilth.fields.evaluate import parameter_values, values_at
 from tilth.fields.tables import place_text
 from tilth.model import Model
 from tilth.model.cam_clay import ModifiedCamClay
 from tilth.model.fields import LEAST
-from tilth.model.initial import JAKY, AtRest
-from tilth.model.initial_checks import at_rest_of
+from tilth.model.initial import AtRest
+from tilth.model.initial_checks import RestOfMaterial, at_rest_of
 from tilth.model.isotropic import ParametersAt
 from tilth.model.problems import dotted
-from tilth.model.soils import DruckerPrager
+from tilth.model.soils import DruckerPrager, MohrCoulomb
+from tilth.model.variation import Variation
 from tilth.mpm.overburden import overburden
 from tilth.mpm.water import PhreaticSurface
 
@@ -60,28 +62,61 @@ def stress_at_rest(
     """
     vertical = _effective_vertical_stress(model, key, entry, number, position)
     material, other = materials
-    coefficient, ratio = at_rest_of(entry, material)
-    past = 1.0 if ratio is None else ratio
-    if coefficient == JAKY:
-        sine = _sine(model, material, position)
-        lateral = (1.0 - sine) * past**sine
+    rest, declared = at_rest_of(entry, material), model.materials[material]
+    past, ratio = _past(rest, vertical, position, key)
+    has_angle = isinstance(declared, MohrCoulomb | DruckerPrager | ModifiedCamClay)
+    sine = _sine(model, material, position) if has_angle else np.zeros(0)
+    first = 1.0 - sine  # the coefficient of first loading
+    if isinstance(rest.K0_nc, float):
+        first = np.full(len(position), rest.K0_nc)
+    if rest.K0_nc is not None:
+        nu = _values(model, material, position, "poisson_ratio")
+        lateral = first * past - nu / (1.0 - nu) * (past - vertical)
+    elif isinstance(rest.K0, float):
+        lateral = rest.K0 * vertical
     else:
-        assert isinstance(coefficient, float), "checked by the model"
-        lateral = np.full(len(position), coefficient)
+        lateral = first * ratio**sine * vertical
+    if has_angle and rest.past is not None and not isinstance(rest.K0, float):
+        lateral = np.minimum(lateral, (1.0 + sine) / (1.0 - sine) * vertical)
     stress = np.zeros((len(position), 6))
-    stress[:, :3] = -(lateral * vertical)[:, None]
+    stress[:, :3] = -lateral[:, None]
     stress[:, model.dimension - 1] = -vertical
-    preconsolidation, declared = None, model.materials[other]
-    if isinstance(declared, ModifiedCamClay) and not (
-        ratio is None or declared.has_preconsolidation
-    ):
-        sine = _sine(model, other, position)
+    preconsolidation, clay = None, model.materials[other]
+    given = isinstance(clay, ModifiedCamClay) and clay.has_preconsolidation
+    if isinstance(clay, ModifiedCamClay) and rest.past is not None and not given:
+        if other != material and not isinstance(rest.K0_nc, float):
+            first = 1.0 - _sine(model, other, position)
         slope = _values(model, other, position, "critical_state_slope")
-        mean = ratio * vertical * (1.0 + 2.0 * (1.0 - sine)) / 3.0
-        deviator = ratio * vertical * sine
+        mean = past * (1.0 + 2.0 * first) / 3.0
+        deviator = past * (1.0 - first)
         preconsolidation = mean + deviator**2 / (slope**2 * np.maximum(mean, LEAST))
         preconsolidation = np.maximum(preconsolidation, LEAST)
     return AtRestLayer(stress, preconsolidation)
+
+
+def _past(
+    rest: RestOfMaterial, vertical: Floats, position: Floats, key: str
+) -> tuple[Floats, Floats]:
+    """Returns the greatest past vertical effective stress and its ratio to the present one, (n,).
+
+    Raises:
+        BadInput: a field has no value at a point, or one that is not possible.
+    """
+    if rest.past is None:
+        return vertical, np.ones(len(vertical))
+    key = f"{key}{rest.of_past}.{rest.past_key}"
+    value: Any = rest.past
+    is_field = isinstance(value, Variation)
+    given = values_at(value, position, key) if is_field else np.full(len(vertical), value)
+    is_ratio = rest.overconsolidation_ratio is not None
+    least = 1.0 if is_ratio else 0.0
+    if not (given >= least).all():
+        wrong = int(np.flatnonzero(~(given >= least))[0])
+        what = f"must be at least {least:g}, at the material point at {place_text(position[wrong])}"
+        raise BadInput(what, "change what it is given by", key=key, value=float(given[wrong]))
+    if is_ratio:
+        return given * vertical, given
+    return vertical + given, (vertical + given) / np.maximum(vertical, LEAST)
 
 
 def _effective_vertical_stress(

@@ -10,12 +10,34 @@ import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from tilth.errors import BadInput
 from tilth.output.disk import writing
 from tilth.output.files import RESTORE, write_durably
 from tilth.output.folder import SafetyFiles, safety_files
+
+EQUILIBRIUM, COLLAPSE, UNDECIDED, DEFERRED = "equilibrium", "collapse", "undecided", "deferred"
+OUTCOMES = (EQUILIBRIUM, COLLAPSE, UNDECIDED, DEFERRED)
+"""What a trial showed; a deferred one began too far below to show anything."""
+
+
+class StoredTrial(NamedTuple):
+    """A factor that was tried.
+
+    Attributes:
+        factor: of the strength [-].
+        displacement: largest displacement of a point [length]; None without a solution.
+        iterations: of Newton's method.
+        outcome: one of `OUTCOMES`.
+        reason: why there is no equilibrium; "" if there is one.
+    """
+
+    factor: float
+    displacement: float | None
+    iterations: int
+    outcome: str
+    reason: str
 
 
 @dataclass(frozen=True)
@@ -23,21 +45,43 @@ class SafetySummary:
     """What is stored of a strength reduction.
 
     Attributes:
-        factor, above: greatest factor with an equilibrium, and least one without above it [-].
+        factor: greatest factor with an equilibrium [-].
+        above: least one with a collapse above it [-]; None if none was found.
+        tolerance: greatest difference of the two that was asked for [-].
+        undecided: factors between them that showed neither, increasing [-].
         time: of the schedule.
-        criterion: what counts as no equilibrium.
-        largest_displacement: that still counts as equilibrium [length].
-        trials: factor [-], largest displacement [length], iterations, and why there is no
-            equilibrium ("" if there is one) of each trial. A displacement without a solution is
-            None.
+        criterion: what counts as equilibrium and as collapse.
+        largest_displacement: beyond which connected soil has collapsed [length].
+        trials: in the order in which they were made.
     """
 
     factor: float
-    above: float
+    above: float | None
+    tolerance: float
+    undecided: Sequence[float]
     time: float
     criterion: str
     largest_displacement: float
-    trials: Sequence[tuple[float, float | None, int, str]]
+    trials: Sequence[StoredTrial]
+
+    @property
+    def is_decided(self) -> bool:
+        """Whether the two factors are as close to each other as was asked for."""
+        return self.above is not None and self.above - self.factor <= self.tolerance * (1.0 + 1e-9)
+
+    @property
+    def bracket(self) -> str:
+        """What is certain, in words."""
+        return bracket_text(self.factor, self.above, self.undecided)
+
+
+def bracket_text(factor: float, above: float | None, undecided: Sequence[float]) -> str:
+    """Returns words on what is certain of a factor that is undecided; see `SafetySummary`."""
+    upper = ", no collapse found above it" if above is None else f" and {above:.6g} (collapse)"
+    return (
+        f"between {factor:.6g} (equilibrium){upper}; undecided trials between them: "
+        f"{len(undecided)}"
+    )
 
 
 def write_safety(
@@ -47,11 +91,10 @@ def write_safety(
     unit = f" [{length_unit}]" if length_unit else ""
     text = io.StringIO()
     table = csv.writer(text, lineterminator="\n")
-    table.writerow(["factor", f"largest displacement{unit}", "iterations", "equilibrium", "reason"])
-    for factor, moved, iterations, failure in summary.trials:
-        found = "no" if failure else "yes"
-        shown = "nan" if moved is None else repr(moved)
-        table.writerow([repr(factor), shown, iterations, found, failure])
+    table.writerow(["factor", f"largest displacement{unit}", "iterations", "outcome", "reason"])
+    for trial in summary.trials:
+        moved = "nan" if trial.displacement is None else repr(trial.displacement)
+        table.writerow([repr(trial.factor), moved, trial.iterations, trial.outcome, trial.reason])
     for name, content in (
         (files.table, text.getvalue()),
         (files.summary, json.dumps(asdict(summary), indent=1)),
@@ -68,13 +111,20 @@ def read_safety(folder: Path, index: int | None = None) -> SafetySummary:
     file = folder / safety_files(index).summary
     try:
         entries: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
-        trials = [
-            (float(factor), None if moved is None else float(moved), int(iterations), str(failure))
-            for factor, moved, iterations, failure in entries.pop("trials")
-        ]
-        summary = SafetySummary(**entries, trials=trials)
-        if not all(map(math.isfinite, (summary.factor, summary.above, summary.time))):
+        trials = [_trial(*each) for each in entries.pop("trials")]
+        undecided = tuple(map(float, entries.pop("undecided")))
+        summary = SafetySummary(**entries, undecided=undecided, trials=trials)
+        numbers = (summary.factor, summary.tolerance, summary.time, *undecided)
+        above = () if summary.above is None else (summary.above,)
+        if not all(map(math.isfinite, (*numbers, *above))):
             raise ValueError("a number is not finite")
     except (OSError, ValueError, TypeError, KeyError, RecursionError) as error:
         raise BadInput(f"{file} cannot be read: {error}", RESTORE) from error
     return summary
+
+
+def _trial(factor: Any, moved: Any, iterations: Any, outcome: Any, reason: Any) -> StoredTrial:
+    if outcome not in OUTCOMES:
+        raise ValueError(f"a trial has the unknown outcome {outcome!r}")
+    displacement = None if moved is None else float(moved)
+    return StoredTrial(float(factor), displacement, int(iterations), outcome, str(reason))

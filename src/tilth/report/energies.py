@@ -84,9 +84,10 @@ def draw_energies(
     greatest = _greatest(energies)
     share = 100.0 * energies[NUMERICAL] / greatest
     right.plot(time, share, color=_STYLES[NUMERICAL][1], linewidth=1.3, label="all")
-    of_it = 100.0 * energies[INTEGRATION] / greatest
-    right.plot(time, of_it, color="#222222", linestyle=":", linewidth=1.3, label=_OF_INTEGRATION)
-    right.legend(fontsize=7, framealpha=0.9)
+    if INTEGRATION in energies:  # older runs do not have it
+        part = 100.0 * energies[INTEGRATION] / greatest
+        right.plot(time, part, color="#222222", linestyle=":", linewidth=1.3, label=_OF_INTEGRATION)
+        right.legend(fontsize=7, framealpha=0.9)
     right.set_ylabel("numerical, % of the greatest energy", fontsize=9)
     for axes in (left, right):
         mark_stages(axes, stages, _WIDTH)
@@ -115,7 +116,8 @@ def energy_table(table: Mapping[str, Floats]) -> str:
     parts = _parts(energies)
     rows += [(_STYLES[kind][0], values[-1]) for kind, values in parts.items()]
     rows.append(("sum", sum(float(energies[kind][-1]) for kind in _STYLES)))
-    rows.append((f"of what is numerical, that {_OF_INTEGRATION}", energies[INTEGRATION][-1]))
+    if INTEGRATION in energies:
+        rows.append((f"of what is numerical, that {_OF_INTEGRATION}", energies[INTEGRATION][-1]))
     body = "".join(
         f"<tr><th>{escape(name)}</th><td>{value:.5g}</td><td>{100.0 * value / greatest:.3g} %</td>"
         "</tr>"

@@ -99,6 +99,4 @@ def field_unit(field: str, units: Mapping[str, str]) -> str:
         return units.get("stress", "") or "-"
     if (unit := parameter_unit(field)) is not None:
         return units.get(unit, "" if unit in units else unit) or "-"
-    if field == "volume":
-        return f"{units['length']}\N{SUPERSCRIPT THREE}" if units.get("length") else "-"
-    return units.get(field) or "-"  # the state variables of the user's laws
+    return units.get(field) or "-"  # the volume, and the state variables of the user's laws

@@ -224,7 +224,8 @@ between two soil bodies the force on the second one.</li>
 
 def _header(title: str, kind: str, results: Results, log: LogContents) -> str:
     """Returns title, state of the run and a table of its main data."""
-    units = ", ".join(dict.fromkeys(unit for unit in results.units.values() if unit))
+    labels = (unit for name, unit in results.units.items() if unit and name != "volume")
+    units = ", ".join(dict.fromkeys(labels))
     seconds = "unknown" if log.seconds is None else f"{log.seconds:,.1f} s"
     kinds = {"plane_strain": "plane strain", "axisymmetric": "axisymmetric", "3d": "3D"}
     facts = {

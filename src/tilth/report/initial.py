@@ -40,9 +40,13 @@ def _at_rest(entry: AtRest, model: Model) -> str:
         below = f" below {axis} = {elevation(entry.ground, model.units.length)}"
     coefficients = []
     for name in dict.fromkeys(body.materials):
-        value, ratio = at_rest_of(entry, name)
-        text = f"K0 {value}" if isinstance(value, str) else f"K0 {value:g}"
-        text += "" if ratio is None else f" (OCR {ratio:g})"
+        rest = at_rest_of(entry, name)
+        key, value = ("K0", rest.K0) if rest.K0 is not None else ("K0_nc", rest.K0_nc)
+        text = f"{key} {value}" if isinstance(value, str) else f"{key} {value:g}"
+        if rest.overconsolidation_ratio is not None:
+            text += f" (OCR {amount(rest.overconsolidation_ratio)})"
+        elif rest.pre_overburden_pressure is not None:
+            text += f" (POP {amount(rest.pre_overburden_pressure)} {model.units.stress})".rstrip()
         coefficients.append((text, name))
     words = ", ".join(f"{text} of {name}" for text, name in coefficients)
     if len({text for text, _ in coefficients}) == 1:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tilth.output.safety_files import SafetySummary
+from tilth.output.safety_files import COLLAPSE, EQUILIBRIUM, UNDECIDED, SafetySummary
 from tilth.output.vtkhdf import Results
 from tilth.report.field_plots import draw_frames
 from tilth.report.fields import with_unit
@@ -28,15 +28,30 @@ MECHANISM_NOTE = """The mechanism is the equilibrium with the greatest factor: d
 plastic strain since the start of the reduction. The displacements are magnified in the
 pictures."""
 
+MOST_DRAWN = 4.0
+"""Largest displacement in the curve, over that beyond which connected soil has collapsed."""
+
 
 def text_of(summary: SafetySummary) -> str:
-    """Returns the factor of safety with its bracket, and the criterion, in two sentences."""
-    iterations = sum(trial[2] for trial in summary.trials)
+    """Returns the factor of safety with its bracket, and the criterion, in two sentences.
+
+    What is undecided is said so, with the bracket that is certain.
+    """
+    iterations = sum(trial.iterations for trial in summary.trials)
     return (
-        f"Factor of safety {summary.factor:.4g}: between {summary.factor:.6g} (equilibrium) and "
-        f"{summary.above:.6g} (none), from {len(summary.trials)} trials with {iterations} Newton "
-        f"iterations at time {summary.time:.6g}. Criterion: {summary.criterion}."
+        f"{_found(summary)}, from {len(summary.trials)} trials with {iterations} Newton iterations "
+        f"at time {summary.time:.6g}. Criterion: {summary.criterion}."
     )
+
+
+def _found(summary: SafetySummary) -> str:
+    if summary.is_decided:
+        assert summary.above is not None
+        return (
+            f"Factor of safety {summary.factor:.4g}: between {summary.factor:.6g} (equilibrium) "
+            f"and {summary.above:.6g} (collapse)"
+        )
+    return f"Factor of safety undecided: {summary.bracket}"
 
 
 def draw_safety_curve(summary: SafetySummary, length_unit: str) -> Figure:
@@ -45,14 +60,22 @@ def draw_safety_curve(summary: SafetySummary, length_unit: str) -> Figure:
 
     figure = Figure(figsize=(6.4, 3.4), layout="constrained")
     axes = figure.add_subplot()
-    stable = sorted((f, u) for f, u, _, failure in summary.trials if u is not None and not failure)
-    failed = [factor for factor, _, _, failure in summary.trials if failure]
+    stable = sorted(
+        (trial.factor, trial.displacement)
+        for trial in summary.trials
+        if trial.outcome == EQUILIBRIUM and trial.displacement is not None
+    )
     limit = summary.largest_displacement
-    axes.plot(*np.transpose(stable), "o-", color=LINE, markersize=4, label="equilibrium")
-    axes.plot(failed, [limit] * len(failed), "x", color="#c0392b", label="no equilibrium")
+    axes.plot(*np.transpose(stable), "o-", color=LINE, markersize=4, label=EQUILIBRIUM)
+    for outcome, marker, colour in ((COLLAPSE, "x", "#c0392b"), (UNDECIDED, "s", "#8d6e00")):
+        factors = [trial.factor for trial in summary.trials if trial.outcome == outcome]
+        if factors:
+            axes.plot(factors, [limit] * len(factors), marker, color=colour, label=outcome)
     axes.axhline(limit, color="0.6", linewidth=0.8, linestyle="--")
-    axes.axvspan(summary.factor, summary.above, color="#e9c46a", alpha=0.5, linewidth=0)
-    axes.set_ylim(0.0, 1.1 * limit)
+    above = axes.get_xlim()[1] if summary.above is None else summary.above
+    axes.axvspan(summary.factor, above, color="#e9c46a", alpha=0.5, linewidth=0)
+    largest = min(max(limit, *(moved for _, moved in stable)), MOST_DRAWN * limit)
+    axes.set_ylim(0.0, 1.1 * largest)
     axes.set_xlabel("factor of the strength [-]", fontsize=9)
     axes.set_ylabel(with_unit("largest displacement", length_unit), fontsize=9, **AS_IT_IS)
     axes.tick_params(labelsize=8)

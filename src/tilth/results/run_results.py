@@ -70,7 +70,7 @@ class RunResults:
 
     @property
     def units(self) -> dict[str, str]:
-        """Labels of the units: of length, force, stress, mass and time, by these keys."""
+        """Labels of the units: of length, force, stress, mass, time and volume, by these keys."""
         return dict(self._results.units)
 
     @property

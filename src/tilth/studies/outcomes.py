@@ -65,7 +65,10 @@ def value_of(outcome: Outcome, folder: Path) -> float:
         BadInput: the folder does not have it, or it is not a finite number.
     """
     if isinstance(outcome, SafetyOutcome):
-        value = read_safety(folder).factor
+        summary = read_safety(folder)
+        if not summary.is_decided:
+            raise BadInput(f"is undecided: {summary.bracket}")
+        value = summary.factor
     elif isinstance(outcome, HistoryOutcome):
         value = _of_history(outcome, read_history(folder / outcome.table))
     else:

@@ -338,7 +338,8 @@ class Ghost:
             number = find_keys(self.face, face)
             stored = np.flatnonzero(number >= 0)
             number = number[stored]
-            softening = np.minimum(faces.modulus[stored] / self.modulus[number], 1.0)
+            softening = np.minimum(faces.modulus[stored], self.modulus[number])
+            softening /= self.modulus[number]
             moved[stored] = softening[:, None, None] * self.moved[number]
             self._current.append((face, faces, moved))
             found.append(faces.coupling(moved))

@@ -1,0 +1,233 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The soil of one state with reduced strengths: its equilibria and its collapses.
+
+docs/theory/strength_reduction.md, docs/decisions/0041-failure-is-no-collapse.md.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from tilth.analysis.creep import creep
+from tilth.analysis.mechanism import WIDTH, moving_cells
+from tilth.analysis.residual import Newton
+from tilth.analysis.safety_search import Outcome, Trial
+from tilth.analysis.simulation import ROUND_OFF, Simulation
+from tilth.analysis.step import Equilibrium, solve_step
+from tilth.arrays import Floats
+from tilth.comm import together
+from tilth.errors import BadInput, StepFailed
+from tilth.model import StrengthReduction
+from tilth.mpm.background import largest_face
+from tilth.mpm.frozen_points import FROZEN_STRAIN, FrozenPoints, mean_elastic_strain, thickness
+from tilth.mpm.points import MaterialPoints
+from tilth.solvers import LinearSolver, PetscSolver, distributed_solver, linear_solver
+from tilth.terms.balance import Balance
+from tilth.terms.drag import Drag
+from tilth.terms.ghost import Ghost
+from tilth.terms.protocol import Changes
+
+TOLERANCE = 1e-6
+"""Relative residual of an equilibrium, at most: that of the analysis if it is greater [-]."""
+
+
+class Trials:
+    """The soil with each strength, from the equilibrium next below.
+
+    Args:
+        simulation: in the state whose factor is searched for.
+        time: of the schedule (of the stage) that the state belongs to.
+        settings: of the search.
+        on_iteration: is called with each iteration of Newton's method and its relative residual.
+
+    Attributes:
+        elastic_displacement: mean elastic strain times the soil's thickness [length].
+        largest_displacement: beyond which connected soil has collapsed [length].
+        tolerance: relative residual of an equilibrium [-].
+
+    Raises:
+        BadInput: the soil is without stress.
+    """
+
+    def __init__(
+        self,
+        simulation: Simulation,
+        time: float,
+        settings: StrengthReduction,
+        on_iteration: Callable[[int, float], None],
+    ) -> None:
+        points, analysis = simulation.points, simulation.model.analysis
+        distribution, self._comm = simulation.distribution, simulation.comm
+        own = distribution.owned(points)
+        strain = mean_elastic_strain(own, self._comm)
+        if strain == 0.0:
+            raise BadInput(
+                "the soil is without stress: there is nothing that could fail",
+                "run the analysis with its loads first",
+            )
+        self.elastic_displacement = strain * thickness(own, self._comm)
+        self.largest_displacement = settings.displacement_ratio * self.elastic_displacement
+        self._frozen = FrozenPoints(simulation.model, points, strain / FROZEN_STRAIN)
+        self._simulation, self._on_iteration = simulation, on_iteration
+        frozen = self._frozen.points
+        note = simulation.run_warnings.fallback
+        self._solver: LinearSolver | PetscSolver = (
+            linear_solver(analysis.solver, simulation.model.dimension, len(points), note)
+            if distribution.serial
+            else distributed_solver(analysis.solver, note)
+        )
+        self.tolerance = max(TOLERANCE, analysis.tolerance)
+        self._newton = Newton(
+            tolerance=self.tolerance,
+            maximum_iterations=2 * analysis.maximum_iterations,
+            line_search=True,
+            round_off=ROUND_OFF * self._comm.max(float(frozen.elastic_moduli().young.max()))
+            * largest_face(simulation.grid),
+        )  # fmt: skip
+        ghost = simulation.owners()["ghost"]
+        assert isinstance(ghost, Ghost)
+        stored = ghost.state()
+        simulation.points = frozen
+        simulation.distribution = distribution.with_ranges(self._frozen.range)
+        try:
+            ghost.keep_forces()  # they are part of the equilibrium that the run has found
+            step = simulation.prepare(time, time)
+            self._frozen.points = simulation.points
+            self._distribution = simulation.distribution
+            self._soil = simulation.soil_on(step.active)
+            shape = (step.active.nodes, step.active.grid.dim)
+            self._drag = Drag(np.zeros(shape[0]), np.zeros(shape))
+            self._balance = Balance(step.active, [*simulation.terms(step, self._soil), self._drag])
+        finally:
+            ghost.restore(stored)
+            simulation.points, simulation.distribution = points, distribution
+        self._conditions = step.conditions
+        self._last: Equilibrium | None = None
+        self._iterations = 0
+
+    def at(self, factor: float, pursues: bool) -> Trial:
+        """Looks for the equilibrium with a factor, from that with the next one below.
+
+        pursues: whether the soil is let go where Newton's iteration finds none.
+        """
+        self._soil.points = self._frozen.reduced(factor)
+        self._iterations = 0
+        guess, unknowns = None, None
+        if self._last is not None:
+            guess, unknowns = self._last.displacement, self._last.global_unknowns
+        try:
+            found = self._solve(self._newton, guess, unknowns)
+        except StepFailed as failure:
+            if pursues:
+                return self._let_go(factor, guess, unknowns, failure)
+            return self._trial(factor, Outcome.DEFERRED, reason=failure.reason)
+        return self._judged(factor, found, crept=False)
+
+    def _solve(self, newton: Newton, guess: Floats | None, unknowns: Floats | None) -> Equilibrium:
+        """Solves the balance as `solve_step`, and counts the iterations."""
+        self._balance.restart(Changes.USUAL)
+        try:
+            found = solve_step(
+                self._balance, self._conditions, self._solver, newton,
+                self._simulation.timers, guess, self._on_iteration, unknowns,
+            )  # fmt: skip
+        except StepFailed as failure:
+            self._iterations += max(len(failure.residuals) - 1, 0)
+            raise
+        self._iterations += found.iterations
+        return found
+
+    def _let_go(
+        self, factor: float, guess: Floats | None, unknowns: Floats | None, failure: StepFailed
+    ) -> Trial:
+        """Lets the soil creep from the last equilibrium to the next one, or on."""
+        begun = np.zeros_like(self._drag.before) if guess is None else guess
+        try:
+            self._drag.stiffness = self._drag_stiffness(begun, unknowns)
+        except StepFailed:
+            return self._trial(factor, Outcome.UNDECIDED, reason=failure.reason)
+        moved = 0.0
+        for found, at_rest in creep(self._solve, self._drag, self._newton, begun, unknowns):
+            if at_rest or self._mechanism(found):
+                return self._judged(factor, found, crept=True)
+            moved = self._largest_of(found)
+        reason = f"the soil does not come to rest ({failure.reason})"
+        if moved > self.largest_displacement:
+            reason += f", but none {WIDTH} cells wide moves as a whole"
+        return self._trial(factor, Outcome.UNDECIDED, reason=reason, crept=True)
+
+    def _drag_stiffness(self, displacement: Floats, unknowns: Floats | None) -> Floats:
+        """Returns that of a pseudo-step of size 1 [force/length], shape (nodes,).
+
+        All forces move the soil by the elastic displacement in it; shared out by volume.
+        """
+        with together(self._comm):
+            forces = self._balance.forces(displacement, unknowns)
+        owned, volume = self._soil.active.owned, self._soil.nodal_volume
+        force = self._comm.sum(float(np.linalg.norm(forces.soil[owned], axis=1).sum()))
+        whole = self._comm.sum(float(volume[owned].sum()))
+        stiffness = force * self._frozen.stiffening / self.elastic_displacement
+        return np.asarray(volume * (stiffness / whole))
+
+    def _judged(self, factor: float, found: Equilibrium, crept: bool) -> Trial:
+        """Returns the trial that ends with an equilibrium, or where creeping soil is."""
+        cells, moved = self._mechanism(found), self._largest_of(found)
+        if cells:
+            reason = (
+                f"a mechanism of {cells} cells moves by more than {self.largest_displacement:.3g}"
+            )
+            return self._trial(factor, Outcome.COLLAPSE, moved, reason, crept)
+        self._last = found
+        return self._trial(factor, Outcome.EQUILIBRIUM, moved, crept=crept)
+
+    def _trial(
+        self,
+        factor: float,
+        outcome: Outcome,
+        moved: float = math.nan,
+        reason: str = "",
+        crept: bool = False,
+    ) -> Trial:
+        return Trial(factor, moved, self._iterations, outcome, reason, crept)
+
+    def _mechanism(self, found: Equilibrium) -> int:
+        """Returns the cells of the largest mechanism beyond the bound, see `moving_cells`."""
+        own = self._distribution.own
+        moved = np.linalg.norm(self._moved(found)[own], axis=1)
+        return moving_cells(
+            self._distribution.owned(self._frozen.points),
+            moved > self.largest_displacement,
+            self._simulation.grid,
+            self._simulation.kind == "axisymmetric",
+            self._comm,
+        )
+
+    def _largest_of(self, found: Equilibrium) -> float:
+        moved = np.linalg.norm(self._moved(found), axis=1)
+        return self._comm.max(float(moved.max(initial=0.0)))
+
+    def _moved(self, found: Equilibrium) -> Floats:
+        """Returns the displacement of the points [length], shape (n, dim), as on the geometry."""
+        return self._frozen.stiffening * self._soil.interpolate(found.displacement)
+
+    def mechanism(self, factor: float) -> tuple[Floats, Floats]:
+        """Returns displacement and plastic strain of the last equilibrium, that with a factor.
+
+        Shape (n, dim) and (n,), of the points of all processes, in the order of the permanent
+        numbers.
+        """
+        assert self._last is not None
+        points: MaterialPoints = self._frozen.reduced(factor)
+        self._soil.points = points
+        with together(self._comm):
+            self._soil.update(self._last.displacement)
+        plastic = self._frozen.stiffening * self._soil.plastic_increment()
+        own = self._distribution.own
+        owned = [each[own] for each in (points.point_id, self._moved(self._last), plastic)]
+        parts = zip(*self._comm.gathered(owned), strict=True)
+        number, displacement, plastic = (np.concatenate(each) for each in parts)
+        order = np.argsort(number)
+        return displacement[order], plastic[order]
