@@ -9,8 +9,9 @@ DIFFERENCE = 1e-6
 """Largest relative difference of two copies that differ by round-off: the tolerance of Newton's
 iteration, 1e-11, times the greatest condition number with ghost stabilisation of less than 1e5."""
 
-OF_PATCHES = 0.25
-"""The same where the patches of boundaries are others: a cell over the width of the soil."""
+OF_PATCHES = {2: 0.25, 3: 1.0}
+"""The same where the patches of boundaries are others, by the number of directions: a cell over the
+least extent of the surfaces that hold the soil, in the plane its width, in space its depth."""
 
 AT_REST, DIES_OUT = 0.2, 0.5
 """Motion of soil in a stage in which nothing changes, as a share of its displacement; and in further
@@ -37,7 +38,7 @@ def has_patches(subject: Subject) -> bool:
 
 def of_patches(subject: Subject) -> float:
     """Largest relative difference of copies on grids that are turned or mirrored."""
-    return OF_PATCHES if has_patches(subject) else DIFFERENCE
+    return OF_PATCHES[subject.dim] if has_patches(subject) else DIFFERENCE
 
 
 def by_round_off(subject: Subject) -> float:

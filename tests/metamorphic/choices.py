@@ -96,7 +96,8 @@ def says_something(choice: Choice) -> bool:
     if relation == "rest":
         return choice["inertia"] == "none"
     if relation == "halved":
-        return choice["inertia"] == choice["contact"] == "none"
+        jumps = choice["law"].startswith(("separating", "softening"))
+        return choice["inertia"] == choice["contact"] == "none" and not jumps
     if relation == "unload":
         return (
             choice["law"] in ("hencky_elastic", "varying")
