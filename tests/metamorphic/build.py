@@ -9,7 +9,7 @@ from typing import Any
 from small_problems import AXES
 
 from metamorphic.choices import Choice
-from metamorphic.models import CELL, DENSITY, GRAVITY, LAWS, TOLERANCE, Ground, Tree, material
+from metamorphic.models import CELL, DENSITY, GRAVITY, TOLERANCE, Ground, Tree, material
 from metamorphic.staging import add_stages
 
 WATER = 1.0
