@@ -32,6 +32,23 @@ UNLOADED = 0.2
 """Share of the displacement that is left of an elastic load cycle: of the order of a cell over the
 height, as points have come into other cells."""
 
+STEP_ENERGY = 3.0
+"""Error of the work of a step over that work, divided by the displacement in cells."""
+
+OF_AIDS = 0.05
+"""Energy that ghost stabilisation and weak springs keep, as a share of the energies."""
+
+CONTACT_ENERGY = 0.6
+"""The same error where soil comes into contact within steps: half of the work of a step, in which
+a force that begins in it is taken to grow from its start on."""
+
+LEAST_DISSIPATION = 1e-9
+"""Negative dissipation that is round-off, as a share of the energies."""
+
+LARGEST_GAP = 0.25
+"""Largest gap between two bodies that is carried in contact [cells]: the moments of the forces on
+the two differ by it (docs/theory/contact.md)."""
+
 
 def has_patches(subject: Subject) -> bool:
     """Whether conditions of a model hold means over patches of a surface."""
