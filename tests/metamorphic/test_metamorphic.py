@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import copy
+from functools import cache
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ import pytest
 from metamorphic import commands as commands_module
 from metamorphic.balances import faults as faults_of_balance
 from metamorphic.build import entries_of
-from metamorphic.choices import PLAIN
+from metamorphic.choices import PLAIN, Choice
 from metamorphic.command import found_faults, main, refused
 from metamorphic.compare import difference
 from metamorphic.covering import Covering
@@ -21,22 +22,27 @@ from metamorphic.smaller import smaller
 from metamorphic.subject import Subject
 from metamorphic.transformed import transformed
 
-MODELS, PARTS, SEED = 300, 6, 1
+MODELS, PARTS, SEED = 300, 2, 1
+
+
+@cache
+def _models() -> tuple[Covering, list[tuple[str, Choice]]]:
+    covering = Covering(SEED, refused)
+    return covering, list(covering.choices(MODELS))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("part", range(PARTS))
 def test_no_relation_fails(part: int) -> None:
-    for number, (name, choice) in enumerate(Covering(SEED, refused).choices(MODELS)):
+    for number, (name, choice) in enumerate(_models()[1]):
         if number % PARTS == part:
             found = found_faults(Subject(entries_of(choice, name), choice, name))
             assert not [text for text in found if not is_known(choice, text)], (name, choice)
 
 
+@pytest.mark.slow
 def test_every_pair_of_values_occurs_or_is_refused() -> None:
-    covering = Covering(SEED, refused)
-    for _ in covering.choices(MODELS):
-        pass
+    covering, _ = _models()
     assert not covering.missing
     assert all(covering.left_out.values())
 
