@@ -20,6 +20,10 @@ AT_REST, DIES_OUT = 0.2, 0.5
 """Motion of soil in a stage in which nothing changes, as a share of its displacement; and in
 further such steps, as a share of that motion: the change of basis is of the order of the strain."""
 
+STILL = 1e-3
+"""Motion of soil at rest in a step that counts as none, as a share of its displacement: of the
+order of the square of the strain."""
+
 HALVED, LEAST_OF_HALVED = 1.0, 1e-3
 """Greatest ratio of what changes when steps are halved once more and when they are halved; and a
 relative difference that is small enough in any case."""

@@ -13,9 +13,9 @@ from metamorphic import balances
 from metamorphic.bounds import (
     AT_REST,
     DIES_OUT,
-    DIFFERENCE,
     HALVED,
     LEAST_OF_HALVED,
+    STILL,
     UNLOADED,
     by_round_off,
     of_patches,
@@ -144,7 +144,7 @@ def rest(subject: Subject) -> Iterator[str]:
     largest = Scales.of(subject.run).length
     if max(moved) > AT_REST * largest:
         yield f"soil at rest moves by {max(moved) / largest:.1e} of its displacement"
-    elif max(moved[1:]) > max(DIES_OUT * moved[0], DIFFERENCE * largest):
+    elif moved[-1] > max(DIES_OUT * moved[0], STILL * largest):
         text = ", ".join(f"{each / largest:.1e}" for each in moved)
         yield f"the motion of soil at rest does not die out: {text} of its displacement"
 
