@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import ctypes
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -286,6 +287,8 @@ class UserUmat(_UserBinary):
             BadInput: the library cannot be loaded, or has no such routine.
         """
         file = Path(self.library)
+        # what Fortran code prints is then not lost if it ends the process
+        os.environ.setdefault("GFORTRAN_UNBUFFERED_PRECONNECTED", "y")
         try:
             with _core.UserCode(f"the library `{file.name}` ({key})"):
                 library = ctypes.CDLL(str(file.resolve()))
