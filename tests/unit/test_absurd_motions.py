@@ -100,6 +100,26 @@ def test_rotations_that_no_step_follows_are_refused(angle: float, steps: int, re
         assert f"turns by {refused} in a step of the schedule" in str(caught.value)
 
 
+@pytest.mark.parametrize(("velocity", "refused"), [(1e7, True), (-100.0, True), (1.0, False)])
+def test_a_free_body_that_turns_too_fast_for_a_step_is_refused(
+    velocity: float, refused: bool
+) -> None:
+    free = {
+        "mass": 1.0, "moments_of_inertia": 0.2, "angular_velocity": velocity,
+        "displacement": {"x": 0.0}, "rotation": None,
+    }  # fmt: skip
+    given = with_rafts(raft("one", 0.0) | free, schedule={"steps": 10, "end": 1.0})
+    del given["rigid_bodies"][0]["rotation"]
+    given |= {"units": {"time": "s"}}
+    given["analysis"]["inertia"] = INERTIA
+    if not refused:
+        Model.from_dict(given)
+        return
+    with pytest.raises(BadInput, match="degrees in a step of the schedule") as caught:
+        Model.from_dict(given)
+    assert caught.value.key == "rigid_bodies[0].angular_velocity"
+
+
 def test_a_fast_turn_within_a_slow_table_is_refused_in_its_stage() -> None:
     """Twenty degrees in most steps, but 200 in one of them."""
     given = with_rafts(raft("one", 0.0, rotation=400.0))

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Prescribed rotations that no step can follow."""
+"""Rotations that no step can follow."""
 
 from __future__ import annotations
 
@@ -19,9 +19,10 @@ LARGEST_TURN = 90.0
 
 
 def turns_in_steps(model: Model) -> Iterator[Problem]:
-    """Yields prescribed rotations by more than `LARGEST_TURN` in a step of the schedule.
+    """Yields rotations by more than `LARGEST_TURN` in a step of the schedule.
 
-    From half a turn on a step cannot tell one direction from the other, and a whole turn is none.
+    They are prescribed, or those of free bodies at the start. From half a turn on a step cannot
+    tell one direction from the other, and a whole turn is none.
     """
     size, end = model.schedule.first_step, model.schedule.end
     for key, rows in _rotations(model):
@@ -29,13 +30,19 @@ def turns_in_steps(model: Model) -> Iterator[Problem]:
         # between its rows an angle is linear: the largest change is in a step that ends at one
         before = np.clip(np.concatenate([time, time - size]), 0.0, max(end - size, 0.0))
         turned = np.interp(before + size, time, angle) - np.interp(before, time, angle)
-        largest = float(np.abs(turned).max())
-        if largest > LARGEST_TURN:
-            what = (
-                f"turns by {largest:.4g} degrees in a step of the schedule, more than "
-                f"{LARGEST_TURN:g}"
-            )
-            yield Problem(key, what, "give a smaller angle (in degrees), or more steps")
+        yield from _too_large(key, float(np.abs(turned).max()), "a smaller angle (in degrees)")
+    keys = model.rigid_body_keys()
+    for body in model.rigid_bodies:
+        if body.angular_velocity is not None and model.stage.begins(body.name):
+            turned = np.degrees(np.linalg.norm(body.angular_velocity)) * size
+            slower = "a smaller velocity (in radians)"
+            yield from _too_large(f"{keys[body.name]}.angular_velocity", float(turned), slower)
+
+
+def _too_large(key: str, degrees: float, remedy: str) -> Iterator[Problem]:
+    if degrees > LARGEST_TURN:
+        what = f"turns by {degrees:.4g} degrees in a step of the schedule, more than "
+        yield Problem(key, f"{what}{LARGEST_TURN:g}", f"give {remedy}, or more steps")
 
 
 def _rotations(model: Model) -> Iterator[tuple[str, Any]]:
