@@ -17,6 +17,7 @@ class UserCode {
   explicit UserCode(std::string name) : name_(std::move(name)) {}
 
   void enter() {
+    exit();
     around_ = std::make_unique<user_code::Around>();
     running_ = std::make_unique<user_code::Running>(name_.c_str());
   }

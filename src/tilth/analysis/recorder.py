@@ -451,8 +451,7 @@ class Recorder:
                 self._checkpoints.wait()
                 self._write_checkpoint(self.folder / name, arrays, meta)
 
-    def _write_beside(self, clock: Clock, arrays: Arrays) -> None:
-        # absolute: code of the user may be in another folder while a thread writes
+    def _write_beside(self, clock: Clock, arrays: Arrays) -> None:  # in any working folder
         file, meta = (self.folder / CHECKPOINT).absolute(), self._progress_so_far(clock)
         if not file.exists() or sum(each.nbytes for each in arrays.values()) > LARGEST_COPY:
             self._checkpoints.wait()
@@ -470,9 +469,9 @@ class Recorder:
     def _tell_user_code(self) -> None:
         """Says what is left of the run, and in its log, if code of the user ends the process."""
         if self._writes:
-            kept = f"results so far are in {self.folder}"
-            if (self.folder / CHECKPOINT).exists():
-                kept += f"; continue from the last checkpoint with: tilth resume {self.folder}"
+            has = (self.folder / CHECKPOINT).exists()
+            then = f"; continue from the last checkpoint with: tilth resume {self.folder}" * has
+            kept = f"results so far are in {self.folder}{then}"
             _core.set_user_code_note(kept, self.log.file_number)
 
     def _progress_so_far(self, clock: Clock) -> dict[str, Any]:
