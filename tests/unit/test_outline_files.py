@@ -187,7 +187,7 @@ def test_longitude_and_latitude_are_refused(scale: float, tmp_path: Path) -> Non
 
 
 @pytest.mark.parametrize(
-    "name", ["urn:ogc:def:crs:OGC:1.3:CRS84", "EPSG:4326", "urn:ogc:def:crs:EPSG::4326"]
+    "name", ["urn:ogc:def:crs:OGC:1.3:CRS84", "EPSG:4326", "urn:ogc:def:crs:EPSG::4258"]
 )
 def test_a_reference_system_in_degrees_is_refused(name: str, tmp_path: Path) -> None:
     whole = {"type": "FeatureCollection", "features": [feature("pit", SECTION)]}
@@ -198,7 +198,7 @@ def test_a_reference_system_in_degrees_is_refused(name: str, tmp_path: Path) -> 
 def test_plane_coordinates_are_taken_with_and_without_a_reference_system(tmp_path: Path) -> None:
     """Also small numbers, if the outline is not smaller than a cell, and a drawing in mm."""
     whole = {"type": "FeatureCollection", "features": [feature("pit", SECTION)]}
-    for system in ({}, with_system("urn:ogc:def:crs:EPSG::25832")):
+    for system in ({}, with_system("urn:ogc:def:crs:EPSG::25832"), with_system("EPSG:14326")):
         (tmp_path / "a.geojson").write_text(json.dumps(whole | system))
         assert form(str(tmp_path / "a.geojson")).vertices
     metres = [[1000.0 * x, 1000.0 * y] for x, y in SECTION]

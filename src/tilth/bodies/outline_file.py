@@ -29,8 +29,8 @@ END_TOLERANCE = 1e-6
 DRAWN = frozenset({"LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE"})
 """Kinds of entities of a drawing that may be parts of outlines."""
 
-DEGREES = re.compile(r"CRS:?84|EPSG:[^:]*:?4326$", re.IGNORECASE)
-"""Names of coordinate reference systems of longitude and latitude."""
+DEGREES = re.compile(r"CRS:?84$|EPSG:([^:]*:)?(4326|4258|4269)$", re.IGNORECASE)
+"""Names of coordinate reference systems of longitude and latitude: WGS 84, ETRS89, NAD83."""
 
 PROJECT = (
     "project it to plane coordinates in a unit of length (as with ogr2ogr -t_srs), or correct "
