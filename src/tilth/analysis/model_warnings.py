@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tilth.analysis.contact_warnings import contact_warnings
+from tilth.analysis.contact_warnings import contact_warnings, rigid_overlaps
 from tilth.analysis.overlaps import overlapping_bodies
 from tilth.analysis.table_warnings import table_warnings
 from tilth.analysis.unit_warnings import unit_warnings
@@ -86,6 +86,7 @@ def _warnings_of(simulation: Simulation, in_advance: bool) -> Iterator[tuple[str
     yield from _locking(model, points)
     yield from _soft(model, points)
     yield from contact_warnings(model)
+    yield from rigid_overlaps(model, points)
     yield from _small_radii(model, points, simulation.grid)
     yield from _thin_or_sparse(points, simulation.grid)
     yield from _one_step(model)
@@ -372,8 +373,15 @@ def _water(simulation: Simulation) -> Iterator[tuple[str, str]]:
             "water.level: no soil is under water at the start or the end of the schedule: the "
             f"level is at least {-depth:.3g} below all soil; correct it, or leave out [water]",
         )
-    weightless = simulation.loads.acts_on_mass and not simulation.loads.acceleration(0.0).any()
-    if weightless and water.pore_pressure(lower, 0.0).any():
+    wet = water.pore_pressure(lower, 0.0).any()
+    if not any(isinstance(load, BodyForce) for _, load in model.acting_loads()):
+        yield (
+            "weightless",
+            "water.unit_weight: the water has a weight, but no body force acts, so that the soil "
+            'has none and floats below the level; add a load with type = "body_force", or leave '
+            "out [water]",
+        )
+    elif wet and not simulation.loads.acceleration(0.0).any():
         yield (
             "floats",
             "water: the water is there from the start, but the body force is zero then, so that "

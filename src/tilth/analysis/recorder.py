@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
-from tilth import __version__
+from tilth import __version__, _core
 from tilth.analysis.clock import Clock
 from tilth.analysis.contact_output import ContactOutput
 from tilth.analysis.energies import Energies
@@ -255,6 +255,7 @@ class Recorder:
         points = self.simulation.distribution.total
         progress = Progress(end, points, start=0.0, quiet=quiet or not self._writes)
         self._show_stage(progress)
+        self._tell_user_code()
         failure: str | None = "the run was interrupted by an unexpected error"
         broken = True
         try:
@@ -294,6 +295,7 @@ class Recorder:
         Raises `AnalysisFailed` if that cannot be written, unless the run is `broken` by another
         error, which is not to be hidden.
         """
+        _core.set_user_code_note()
         unwritten: Exception | None = None
         summary = partial(
             self.log.finish, failure, self.simulation.timers.wall, self.simulation.solved
@@ -454,8 +456,8 @@ class Recorder:
                 self._checkpoints.wait()
                 self._write_checkpoint(self.folder / name, arrays, meta)
 
-    def _write_beside(self, clock: Clock, arrays: Arrays) -> None:
-        file, meta = self.folder / CHECKPOINT, self._progress_so_far(clock)
+    def _write_beside(self, clock: Clock, arrays: Arrays) -> None:  # in any working folder
+        file, meta = (self.folder / CHECKPOINT).absolute(), self._progress_so_far(clock)
         if not file.exists() or sum(each.nbytes for each in arrays.values()) > LARGEST_COPY:
             self._checkpoints.wait()
             self._write_checkpoint(file, arrays, meta)
@@ -467,6 +469,15 @@ class Recorder:
         """Writes a checkpoint when the rows that it counts on are on the disk; outputs are."""
         self.tables.sync()
         write_checkpoint(file, arrays, meta)
+        self._tell_user_code()
+
+    def _tell_user_code(self) -> None:
+        """Says what is left of the run, and in its log, if code of the user ends the process."""
+        if self._writes:
+            has = (self.folder / CHECKPOINT).exists()
+            then = f"; continue from the last checkpoint with: tilth resume {self.folder}" * has
+            kept = f"results so far are in {self.folder}{then}"
+            _core.set_user_code_note(kept, self.log.file_number)
 
     def _progress_so_far(self, clock: Clock) -> dict[str, Any]:
         """Returns the plain data of a checkpoint, see `Progress`, which do not change later."""

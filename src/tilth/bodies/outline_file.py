@@ -6,6 +6,7 @@ from __future__ import annotations
 import importlib
 import json
 import math
+import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -28,6 +29,17 @@ END_TOLERANCE = 1e-6
 DRAWN = frozenset({"LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE"})
 """Kinds of entities of a drawing that may be parts of outlines."""
 
+DEGREES = re.compile(r"CRS:?84$|EPSG:([^:]*:)?(4326|4258|4269)$", re.IGNORECASE)
+"""Names of coordinate reference systems of longitude and latitude: WGS 84, ETRS89, NAD83."""
+
+PROJECT = (
+    "project it to plane coordinates in a unit of length (as with ogr2ogr -t_srs), or correct "
+    "shape.scale"
+)
+
+LARGEST_SCALE = 1e4
+"""Factor above which a scale is none between units of length: a mile is 1609 m."""
+
 Line = tuple[Floats, bool]
 """Places along a line [unit of the file], shape (n, 2), and whether its ends are joined."""
 
@@ -42,6 +54,8 @@ def outline_of(shape: Outline, request: Request) -> Polygon:
     dxf = shape.file.lower().endswith(".dxf")
     by_layer = _read_dxf(shape, request) if dxf else _read_geojson(shape, request)
     lines = _of_layer(by_layer, shape, request)
+    if not dxf:
+        _require_lengths(lines, shape, request)
     loops = [
         (loop - np.array(shape.origin)) * shape.scale for loop in _closed(lines, shape, request)
     ]
@@ -122,6 +136,9 @@ def _read_geojson(shape: Outline, request: Request) -> dict[str, list[Line]]:
     found: dict[str, list[Line]] = {}
     try:
         whole = json.loads(Path(shape.file).read_text(encoding="utf-8-sig"))
+        if (system := _system(whole)) and DEGREES.search(system):
+            what = f"its coordinate reference system {system!r} is in degrees, not in lengths"
+            raise _refused(shape, request, what, PROJECT)
         for name, rings in _polygons(whole, ""):
             if name in found:
                 what = f"has several polygons{f' of the name {name!r}' if name else ''}"
@@ -140,6 +157,30 @@ def _read_geojson(shape: Outline, request: Request) -> dict[str, list[Line]]:
         problem = f"cannot be read as GeoJSON: {error or type(error).__name__}"
         raise _refused(shape, request, problem, "save it as GeoJSON again") from None
     return found
+
+
+def _system(whole: Any) -> str:
+    """Returns the name of the coordinate reference system that a GeoJSON file gives, or ""."""
+    system = whole.get("crs") or {}
+    return str((system.get("properties") or {}).get("name", ""))
+
+
+def _require_lengths(lines: Sequence[Line], shape: Outline, request: Request) -> None:
+    """Refuses places that are probably longitude and latitude, as RFC 7946 has them.
+
+    Numbers up to 180 and 90 may be lengths, too, but not of an outline that is smaller than a cell,
+    and with no unit of length that is so many of another one.
+    """
+    places = np.concatenate([places for places, _ in lines])
+    if (np.abs(places) > np.array([180.0, 90.0])).any():
+        return
+    size = float(np.ptp(places, axis=0).max())
+    short = size * shape.scale < float(request.grid.cell_size.min())
+    if short or shape.scale > LARGEST_SCALE:
+        what = "its coordinates are those of longitude and latitude in degrees, as GeoJSON has them"
+        what += f": the outline would be {size * shape.scale:.3g} long" if short else ""
+        what += "" if short else f", and no unit has {shape.scale:g} of another one"
+        raise _refused(shape, request, what, PROJECT)
 
 
 def _polygons(entry: dict[str, Any], name: str) -> Iterator[tuple[str, Any]]:

@@ -40,7 +40,8 @@ class Rotation(Declared):
     """Rotation of an implicit boundary about a point or an axis; not in axisymmetry."""
 
     angle: Angle
-    """Angle at factor 1 [degrees], anticlockwise; in 3D by the right-hand rule about the axis."""
+    """Angle at factor 1 [degrees], anticlockwise; in 3D by the right-hand rule about the axis. At
+    most 90 degrees in a step of the schedule."""
     centre: Vector
     """Centre of the rotation [length], shape (dimension,)."""
     axis: Axis | None = None

@@ -48,6 +48,11 @@ class RunLog:
             self._file = self.path.open("a" if resume else "w", encoding="utf-8")
 
     @property
+    def file_number(self) -> int:
+        """File descriptor of the log."""
+        return self._file.fileno()
+
+    @property
     def seconds(self) -> float:
         """Wall-clock time of all parts of the run so far [s]."""
         return time.perf_counter() - self._start

@@ -22,6 +22,7 @@ from tilth.output.folder import make_folder
 from tilth.output.lock import FolderLock
 from tilth.report.fields import with_unit
 from tilth.studies.folder import (
+    OUTPUT,
     PAGE,
     PICTURE,
     STATISTICS,
@@ -166,7 +167,7 @@ class _Running:
                     self._write_table()
 
             def on_lost(own: Path, how: str) -> None:
-                reason = f"its process was ended {how}"
+                reason = f"its process was ended {how}{_last_said(own)}"
                 write_outcome(own, [None] * len(self.asked.outcomes), reason, ended=True)
                 on_done(own)
 
@@ -209,3 +210,13 @@ class _Running:
 
         write_page(self.folder / PAGE, self.folder / PICTURE, self.asked, result)
         return result
+
+
+def _last_said(folder: Path) -> str:
+    """Returns what the process of a sample has said last, after ": ", or nothing."""
+    try:
+        lines = (folder / OUTPUT).read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return ""
+    said = [line for line in lines if line.strip() and not line.startswith(" ")]
+    return f": {said[-1]}" if said else ""
