@@ -58,8 +58,8 @@ def contact_warnings(model: Model) -> Iterator[tuple[str, str]]:
                     f"thickness of {key}",
                     f"{key}: this shape is only {solid:.3g} thick, "
                     f"{solid / min(model.cell_size):.2g} of a cell: soil hardly feels its edge, "
-                    "and its sides act on the same nodes; give a thin shape (a plate, or a line "
-                    'with soil = "both"), a thicker one or smaller cells',
+                    "and its sides act on the same nodes; give one of two cells or more, or with "
+                    'normal = "bilateral" a thin shape (a plate, or a line with soil = "both")',
                 )
             line = isinstance(shape, PolylineGeometry) and not shape.closed
             line |= isinstance(shape, MeshGeometry) and shape.soil in ("left", "right")
@@ -67,8 +67,9 @@ def contact_warnings(model: Model) -> Iterator[tuple[str, str]]:
                 yield (
                     f"one side of {key}",
                     f"{key}: the rigid body {body.name!r} has soil on one side of this "
-                    f"{shape.type} only, and passes through soil on the other; give "
-                    'soil = "both", a plate, or the whole outline, unless this is meant',
+                    f"{shape.type} only, and passes through soil on the other; give the whole "
+                    'outline, two cells thick or more, or with normal = "bilateral" a plate or '
+                    'soil = "both", unless this is meant',
                 )
 
 
@@ -121,10 +122,11 @@ def _thin(model: Model, body: RigidBody) -> Iterator[tuple[str, str]]:
     if thin:
         yield (
             f"thin sides of {body.name}",
-            f"{thin[0]}: soil that presses alike on both sides of a thin shape does not press on "
-            f'the rigid body {body.name!r}, so that with normal = "unilateral" nearly no shear '
-            'stress acts on these sides; give normal = "bilateral" with adhesion, a shape at '
-            "least two cells thick, or ignore this where only one side is pressed",
+            f"{thin[0]}: soil on both sides of a thin shape moves as one, and where it presses "
+            f"alike on them does not press on the rigid body {body.name!r}: with normal = "
+            '"unilateral" nearly no shear stress acts on these sides, and soil never parts from '
+            'one of them alone; give normal = "bilateral" with adhesion, a shape at least two '
+            "cells thick, or ignore this where soil comes to one side only",
         )
 
 
