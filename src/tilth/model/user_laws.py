@@ -14,6 +14,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator
 
 from tilth.arrays import Floats
 from tilth.errors import BadInput, Problem
+from tilth.input_files import absolute, require_file
 from tilth.model.base import Declared
 from tilth.model.fields import FileName, Name, PythonFunction, Real, as_list, real
 from tilth.model.isotropic import AnyMaterial, Isotropic, ParametersAt, Values
@@ -279,7 +280,8 @@ class UserUmat(_UserBinary):
         """
         file = Path(self.library)
         try:
-            library = ctypes.CDLL(str(file.resolve()))
+            require_file(file)
+            library = ctypes.CDLL(str(absolute(file)))
         except OSError as error:
             raise BadInput(
                 f"cannot be loaded: {error}",
