@@ -23,6 +23,7 @@ from tilth.arrays import Floats
 from tilth.comm import SERIAL, Communicator, together
 from tilth.environment import available_cores, count_of
 from tilth.errors import AnalysisFailed, BadInput, TilthError
+from tilth.input_files import absolute
 from tilth.interrupt import StopSignals
 from tilth.memory_errors import is_memory_error, memory_sentence
 from tilth.model import Model
@@ -194,7 +195,7 @@ def run_steps(
                 if comm.rank == 0:
                     go_on_with(earlier, model, setup)
             elif comm.rank == 0:
-                if stored is not None and folder.resolve() == stored.folder.resolve():
+                if stored is not None and absolute(folder) == absolute(stored.folder):
                     what = "the run cannot be written into the folder from which it goes on"
                     raise BadInput(what, "choose another folder", key="out", value=str(out))
                 prepare_output_folder(folder, overwrite)

@@ -11,6 +11,8 @@ import numpy as np
 from tilth.arrays import Floats, Integers
 from tilth.bodies.covering import require_shells_nested
 from tilth.errors import BadInput
+from tilth.input_files import why_failed, why_no_file
+from tilth.memory_errors import is_memory_error
 
 # Corners nearer than this, relative to the largest extent or coordinate, are merged: the precision
 # of a binary file.
@@ -68,19 +70,19 @@ def read_stl(file: Path, key: str) -> Floats:
             "an STL file needs the package meshio, which is not installed",
             "install it with `pip install meshio`",
         ) from error
-    if not file.is_file():
-        raise error_for("there is no such file", "check the name and the folder")
+    if reason := why_no_file(file):
+        raise error_for(reason, "check the name and the folder")
     try:
         with np.errstate(over="ignore"):  # meshio may read text as a number of triangles
             mesh = meshio.stl.read(file)
         node = mesh.get_cells_type("triangle")
         vertex = np.asarray(mesh.points, dtype=np.float64).reshape(-1, 3)
         return np.asarray(vertex[node.reshape(-1, 3)])
-    except (meshio.ReadError, OSError, ValueError, KeyError, IndexError, AttributeError) as error:
-        reason = str(error) or "it is not in that format, or not complete"
-        raise error_for(
-            f"cannot be read as an STL file: {reason}", "save the surface as an .stl file"
-        ) from error
+    except Exception as error:  # meshio raises all kinds for what is no surface
+        if is_memory_error(error):
+            raise
+        problem = f"cannot be read as an STL file: {why_failed(error)}"
+        raise error_for(problem, "save the surface as an .stl file") from error
 
 
 def merged(corner: Floats, relative: float = MERGE_TOLERANCE) -> tuple[Floats, Integers]:

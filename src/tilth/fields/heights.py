@@ -11,6 +11,7 @@ from tilth.arrays import Floats
 from tilth.errors import BadInput
 from tilth.fields.csv_file import MOST_BYTES
 from tilth.fields.grid_file import RegularGrid, read_grid
+from tilth.input_files import require_file
 
 NAMES = ("value", "z", "height", "elevation")
 """Names of the column of heights in a CSV file."""
@@ -53,6 +54,7 @@ def _read_ascii(file: str, key: str) -> RegularGrid:
 
     path = Path(file)
     try:
+        require_file(path)
         if path.stat().st_size > MOST_BYTES:
             raise refused("is larger than 1 GB", "cut out the part with the soil")
         lines = path.read_text(encoding="utf-8-sig").splitlines()

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import sys
 import traceback
 from collections.abc import Callable
@@ -16,6 +17,7 @@ import numpy as np
 from tilth import _core
 from tilth.arrays import Floats
 from tilth.errors import BadInput
+from tilth.input_files import absolute, why_no_file
 from tilth.model.problems import suggestion
 
 FAILURES = (Exception, SystemExit, GeneratorExit)
@@ -80,7 +82,7 @@ def load_name(reference: str, folder: str | Path, *, key: str, what: str = "func
             key=key,
             value=reference,
         )
-    path = (Path(folder) / file).resolve()
+    path = absolute(Path(folder) / file)
     module = _run(path, key, reference)
     if not hasattr(module, name):
         raise BadInput(
@@ -175,9 +177,10 @@ class UserFunction:
 
 def _run(path: Path, key: str, reference: str) -> ModuleType:
     """Runs the file at `path` and returns its module."""
-    if not path.is_file():
+    if reason := why_no_file(path):
+        what = f"cannot be run: {reason}" if os.path.lexists(path) else "there is no such file"
         raise BadInput(
-            f"there is no file `{path}`",
+            f"`{path}`: {what}",
             _remedy_for_file(path),
             key=key,
             value=reference,

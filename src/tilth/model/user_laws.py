@@ -16,6 +16,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator
 from tilth import _core
 from tilth.arrays import Floats
 from tilth.errors import BadInput, Problem
+from tilth.input_files import absolute, require_file
 from tilth.model.base import Declared
 from tilth.model.fields import FileName, Name, PythonFunction, Real, as_list, real
 from tilth.model.isotropic import AnyMaterial, Isotropic, ParametersAt, Values
@@ -290,8 +291,9 @@ class UserUmat(_UserBinary):
         # what Fortran code prints is then not lost if it ends the process
         os.environ.setdefault("GFORTRAN_UNBUFFERED_PRECONNECTED", "y")
         try:
+            require_file(file)
             with _core.UserCode(f"the library `{file.name}` ({key})"):
-                library = ctypes.CDLL(str(file.resolve()))
+                library = ctypes.CDLL(str(absolute(file)))
         except OSError as error:
             raise BadInput(
                 f"cannot be loaded: {error}",

@@ -22,6 +22,7 @@ from pathlib import Path
 from types import TracebackType
 
 from tilth.errors import BadInput, shown
+from tilth.input_files import require_file, require_plain_files
 
 LOCK = ".tilth.lock"
 
@@ -73,6 +74,7 @@ class FolderLock:
 
     def __enter__(self) -> FolderLock:
         path = self.folder / LOCK
+        require_plain_files([path])
         for attempt in range(_ATTEMPTS):
             if attempt:
                 time.sleep(_PAUSE)
@@ -123,6 +125,7 @@ def holder_of(folder: Path | str) -> Holder | None:
     """Returns who runs in a folder at the moment; None if nobody does, or nobody can tell."""
     path = Path(folder) / LOCK
     try:
+        require_file(path)
         file = os.open(path, os.O_RDWR)
     except OSError:
         return None

@@ -12,6 +12,7 @@ from datetime import datetime
 from pathlib import Path
 
 from tilth.errors import BadInput, visible
+from tilth.input_files import require_file
 from tilth.output.disk import writing
 
 START = "at the start: "
@@ -201,6 +202,7 @@ def read_log(path: Path | str) -> LogContents:
     """
     path = Path(path)
     try:
+        require_file(path)
         text = path.read_text(encoding="utf-8", errors="replace")
     except OSError as error:
         raise BadInput(f"{path} cannot be read: {error.strerror}") from error

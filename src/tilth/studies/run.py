@@ -16,6 +16,7 @@ from tilth.arrays import Floats
 from tilth.case import case_entries, load_study
 from tilth.environment import available_cores, count_of
 from tilth.errors import BadInput
+from tilth.input_files import absolute
 from tilth.interrupt import StopSignals
 from tilth.model import Model, Study
 from tilth.output.folder import make_folder
@@ -115,7 +116,7 @@ def study(
     base = Model.from_dict(samples[0].entries)
     require_outcomes(asked, base)
     check(base)
-    folder = make_folder(out).resolve()
+    folder = absolute(make_folder(out))
     with FolderLock(folder):
         prepare(folder, asked, entries, samples, overwrite)
         running = _Running(folder, asked, base, samples)
