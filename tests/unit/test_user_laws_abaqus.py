@@ -197,7 +197,8 @@ def clay(folder: Path, limit: float) -> dict[str, Any]:
       if (norm > LIMIT) call xit
       call rotsig(stress, drot, flow, 1, ndi, nshr)
       call sprind(stress, values, directions, 1, ndi, nshr)
-      if (abs(sum(values) - sum(flow(1:3))) > 1d-9 * norm) call stdb_abqerr(-3, 'trace', 0, 0d0, ' ')
+      if (abs(sum(values) - sum(flow(1:3))) > 1d-9 * norm) &
+        call stdb_abqerr(-3, 'trace', 0, 0d0, ' ')
     """.replace("LIMIT", f"{limit:.1e}".replace("e", "d"))
     declared = "flow(6)\n  double precision :: values(3), directions(3, 3)"
     text = begin.replace("flow(6)", declared) + added + rest
