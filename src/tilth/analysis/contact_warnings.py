@@ -18,6 +18,8 @@ from tilth.model import (
     Model,
     PolylineGeometry,
     RigidBody,
+    StlGeometry,
+    TerrainGeometry,
 )
 from tilth.model.geometry_base import DeclaredGeometry
 
@@ -51,7 +53,9 @@ def contact_warnings(model: Model) -> Iterator[tuple[str, str]]:
                     'with soil = "both"), a thicker one or smaller cells',
                 )
             line = isinstance(shape, PolylineGeometry) and not shape.closed
-            line |= isinstance(shape, MeshGeometry) and shape.soil in ("left", "right")
+            line |= isinstance(shape, TerrainGeometry)
+            open_sides = ("left", "right", "front", "back")
+            line |= isinstance(shape, MeshGeometry | StlGeometry) and shape.soil in open_sides
             if (line and not shape.has_two_sides) or isinstance(shape, FootingGeometry):
                 yield (
                     f"one side of {key}",

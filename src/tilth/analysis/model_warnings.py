@@ -17,7 +17,7 @@ from tilth.analysis.contact_warnings import contact_warnings
 from tilth.analysis.overlaps import overlapping_bodies
 from tilth.analysis.table_warnings import table_warnings
 from tilth.arrays import Floats
-from tilth.boundaries.implicit.passage import points_behind
+from tilth.boundaries.implicit.passage import border_warning, points_behind
 from tilth.model import (
     AffineBoundary,
     BodyForce,
@@ -189,6 +189,8 @@ def _behind(simulation: Simulation, in_advance: bool) -> Iterator[tuple[str, str
         is_rigid = boundary.body_name is not None
         if not stage.begins(boundary.body_name or boundary.name) or (is_rigid and in_advance):
             continue
+        if text := border_warning(boundary, points, 0.0, grid):
+            yield f"border of {boundary.name}", text
         behind, depth = points_behind(boundary, points, 0.0, grid)
         if len(behind) == 0:
             continue

@@ -11,7 +11,7 @@ import numpy as np
 from tilth.arrays import Floats
 from tilth.boundaries import Boundary, Conditions, ImplicitConstraints
 from tilth.boundaries.implicit.boundary import Implicit
-from tilth.boundaries.implicit.passage import PASSAGE_TOLERANCE, depth_behind
+from tilth.boundaries.implicit.passage import PASSAGE_TOLERANCE, border_warning, depth_behind
 from tilth.comm import Communicator
 from tilth.model import Model, PlaneBoundary
 from tilth.model.fields import AXES
@@ -241,9 +241,15 @@ class RunWarnings:
         time: float,
         grid: Grid,
     ) -> None:
-        """Soil behind implicit boundaries, again where it has become twice as deep."""
+        """Soil behind implicit boundaries, again where it has become twice as deep.
+
+        And once soil that has come to the border of one.
+        """
         small = PASSAGE_TOLERANCE * float(grid.cell_size.min())
         for boundary in boundaries:
+            key = f"border of {boundary.name}"
+            if key not in self._said and (text := border_warning(boundary, points, time, grid)):
+                self.note(key, text)
             depth = depth_behind(boundary, points, time, grid)
             if depth <= small:
                 continue
