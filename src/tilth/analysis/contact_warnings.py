@@ -21,6 +21,8 @@ from tilth.model import (
     Model,
     PolylineGeometry,
     RigidBody,
+    StlGeometry,
+    TerrainGeometry,
 )
 from tilth.model.geometry_base import DeclaredGeometry
 from tilth.mpm.background import background_grid
@@ -62,7 +64,9 @@ def contact_warnings(model: Model) -> Iterator[tuple[str, str]]:
                     'normal = "bilateral" a thin shape (a plate, or a line with soil = "both")',
                 )
             line = isinstance(shape, PolylineGeometry) and not shape.closed
-            line |= isinstance(shape, MeshGeometry) and shape.soil in ("left", "right")
+            line |= isinstance(shape, TerrainGeometry)
+            open_sides = ("left", "right", "front", "back")
+            line |= isinstance(shape, MeshGeometry | StlGeometry) and shape.soil in open_sides
             if (line and not shape.has_two_sides) or isinstance(shape, FootingGeometry):
                 yield (
                     f"one side of {key}",

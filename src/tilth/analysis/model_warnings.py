@@ -18,7 +18,7 @@ from tilth.analysis.overlaps import overlapping_bodies
 from tilth.analysis.table_warnings import table_warnings
 from tilth.analysis.unit_warnings import unit_warnings
 from tilth.arrays import Floats
-from tilth.boundaries.implicit.passage import points_behind, surface_behind
+from tilth.boundaries.implicit.passage import border_warning, points_behind, surface_behind
 from tilth.model import (
     AffineBoundary,
     BodyForce,
@@ -195,6 +195,8 @@ def _behind(simulation: Simulation, in_advance: bool) -> Iterator[tuple[str, str
         for name, surface in simulation.surfaces.items():
             known = surface_behind(boundary, surface.shape().position, 0.0, grid)
             simulation.run_warnings.known_depth(f"surface of {name}, {boundary.name}", known, grid)
+        if text := border_warning(boundary, points, 0.0, grid):
+            yield f"border of {boundary.name}", text
         behind, depth = points_behind(boundary, points, 0.0, grid)
         if len(behind) == 0:
             continue

@@ -13,10 +13,9 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator
 
-from tilth import _core
 from tilth.arrays import Floats
 from tilth.errors import BadInput, Problem
-from tilth.input_files import absolute, require_file
+from tilth.model.abaqus_utilities import load_umat
 from tilth.model.base import Declared
 from tilth.model.fields import FileName, Name, PythonFunction, Real, as_list, real
 from tilth.model.isotropic import AnyMaterial, Isotropic, ParametersAt, Values
@@ -285,23 +284,12 @@ class UserUmat(_UserBinary):
         """Returns the law; loads the user's library.
 
         Raises:
-            BadInput: the library cannot be loaded, or has no such routine.
+            BadInput: the library cannot be loaded (see `load_umat`), or has no such routine.
         """
         file = Path(self.library)
         # what Fortran code prints is then not lost if it ends the process
         os.environ.setdefault("GFORTRAN_UNBUFFERED_PRECONNECTED", "y")
-        try:
-            require_file(file)
-            with _core.UserCode(f"the library `{file.name}` ({key})"):
-                library = ctypes.CDLL(str(absolute(file)))
-        except OSError as error:
-            raise BadInput(
-                f"cannot be loaded: {error}",
-                "compile it as a shared library: gfortran -O2 -shared -fPIC -o libumat.so umat.f, "
-                "or the same with gcc; gfortran is in the package of this name",
-                key=f"{key}.library",
-                value=self.library,
-            ) from None
+        library = load_umat(file, key, self.library)
         address = _address(getattr(library, self.routine, None))
         if address is None:
             raise BadInput(

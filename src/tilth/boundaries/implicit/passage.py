@@ -17,6 +17,7 @@ import numpy as np
 
 from tilth.arrays import Floats, Integers
 from tilth.errors import StepFailed
+from tilth.geometry.open_surface import OpenSurface
 from tilth.geometry.protocol import RoundGeometry
 from tilth.mpm.domains import half_edges
 from tilth.mpm.grid import Grid
@@ -200,6 +201,25 @@ def surface_behind(boundary: Implicit, vertices: Floats, time: float, grid: Grid
         return 0.0
     _, distance, _ = _distances(boundary, vertices, None, time, grid, all_in_front=False)
     return float(-distance.min(initial=0.0))
+
+
+def border_warning(boundary: Implicit, points: MaterialPoints, time: float, grid: Grid) -> str:
+    """Returns what to say of soil that is beside the border of an open surface; "" if none is.
+
+    It is within a cell of the border.
+    """
+    if not isinstance(boundary.geometry, OpenSurface):
+        return ""
+    position = boundary.reference_position(points.position, time)
+    beyond = boundary.geometry.beyond_border(position, float(grid.largest_size.max()))
+    if len(beyond) == 0:
+        return ""
+    place = ", ".join(f"{x:.4g}" for x in points.position[beyond[0]])
+    return (
+        f"soil is beyond the border of the open surface of the boundary {boundary.name!r} at time "
+        f"{time:.6g}: {len(beyond)} material points, the first at ({place}); nothing holds it "
+        f"there ({boundary.key}.geometry): let the surface reach further"
+    )
 
 
 def points_behind(
