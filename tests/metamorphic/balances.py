@@ -7,41 +7,71 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from metamorphic.models import CELL, TOLERANCE, Tree
-from metamorphic.runs import Moment, Run
-from tilth.arrays import Floats
+from metamorphic.bounds import CONTACT_ENERGY, LARGEST_GAP, LEAST_DISSIPATION, STEP_ENERGY
+from metamorphic.models import CELL, TOLERANCE
+from metamorphic.runs import Moment
+from metamorphic.subject import Subject
 
-LARGEST_GAP = 0.25
-"""Largest gap between two bodies that is carried in contact [cells]: the moments of the forces on the
-two differ by it (docs/theory/contact.md)."""
+LOST = ("plastic_dissipation", "friction_dissipation", "damping_dissipation")
+CHANGES_ENERGY = ("excavate", "remove", "fill", "refill", "exchange")
+"""Kinds of stages in which elastic energy comes or goes with soil or its stiffness."""
 
 
-def faults(run: Run, entries: Tree) -> Iterator[str]:
-    """Yields the balances that do not hold after a step, the first of each kind."""
-    dynamic = "inertia" in entries["analysis"]
-    axisymmetric = entries["analysis"]["kind"] == "axisymmetric"
-    for moment in run.moments:
+def faults(subject: Subject) -> Iterator[str]:
+    """Yields the balances that do not hold after a step."""
+    dynamic = "inertia" in subject.entries["analysis"]
+    for moment in subject.run.moments:
         if not dynamic:
-            yield from _forces(moment, axisymmetric)
-
-
-def sums(moment: Moment) -> tuple[Floats, Floats]:
-    """Sum of all forces on the soil and of their moments."""
-    names = [name for name in moment.forces if name not in moment.between]
-    force = moment.load + sum(moment.forces[name] for name in names)
-    return force, moment.load_moment + sum(moment.moments[name] for name in names)
+            yield from _forces(moment, subject.kind == "axisymmetric")
+    yield from _dissipation(subject)
+    if subject.choice["stages"] not in CHANGES_ENERGY:
+        yield from _energy(subject)
 
 
 def _forces(moment: Moment, axisymmetric: bool) -> Iterator[str]:
-    """The residual is at most the tolerance times the size of the forces in its norm over nodes."""
-    force, turning = sums(moment)
-    if axisymmetric:
+    """All forces on the soil and their moments: in equilibrium they sum to zero.
+
+    The norm of the residual over the nodes is at most the tolerance times the size of the forces.
+    """
+    names = [name for name in moment.forces if name not in moment.between]
+    force = moment.load + sum(moment.forces[name] for name in names)
+    turning = moment.load_moment + sum(moment.moments[name] for name in names)
+    if axisymmetric:  # along the radius, and round the ring, they balance in the soil
         force, turning = force[1:], 0.0 * turning
     left = np.sqrt(moment.nodes) * max(TOLERANCE, moment.residual) * moment.size
     if (found := float(np.abs(force).max())) > left:
         yield f"force {found / moment.size:.1e} of {moment.size:.1e} at time {moment.time:g}"
     gaps = sum(float(np.linalg.norm(moment.forces[name])) for name in moment.between)
-    carried = LARGEST_GAP * CELL * gaps
-    if (found := float(np.abs(turning).max())) > left * moment.arm + carried:
-        size = moment.size * moment.arm
-        yield f"moment {found / size:.1e} at time {moment.time:g}"
+    largest = left * moment.arm + LARGEST_GAP * CELL * gaps
+    if (found := float(np.abs(turning).max())) > largest:
+        yield f"moment {found / (moment.size * moment.arm):.1e} at time {moment.time:g}"
+
+
+def _dissipation(subject: Subject) -> Iterator[str]:
+    """What is dissipated does not come back."""
+    before = dict.fromkeys(LOST, 0.0)
+    for moment in subject.run.moments:
+        most = max(abs(energy) for energy in moment.energies.values())
+        for name in LOST:
+            gain = moment.energies[name] - before[name]
+            if gain < -LEAST_DISSIPATION * most and (
+                name != "plastic_dissipation" or subject.choice["stages"] not in CHANGES_ENERGY
+            ):
+                yield f"{name} {gain / most:.1e} of the energy at time {moment.time:g}"
+            before[name] = moment.energies[name]
+
+
+def _energy(subject: Subject) -> Iterator[str]:
+    """Work is stored or dissipated, but for the error of the trapezoidal rule.
+
+    It is of the order of the strain of a step; where soil yields or comes into contact, of the work.
+    """
+    run = subject.run
+    last = run.moments[-1].energies
+    size = max(abs(energy) for m in run.moments for energy in m.energies.values())
+    error = abs(last["numerical_dissipation"] - last["time_integration"])
+    strain = max(float(np.abs(m.displacement).max()) for m in run.moments) / run.cell
+    share = CONTACT_ENERGY if subject.choice["contact"] != "none" else STEP_ENERGY * strain
+    bound = share * size + sum(abs(last[name]) for name in LOST) + TOLERANCE * size
+    if error > bound:
+        yield f"energy {error / size:.1e} of {size:.1e} is not found, at most {bound / size:.1e}"

@@ -56,17 +56,20 @@ def _analysis(ground: Ground) -> Tree:
 
 
 def _grid(ground: Ground) -> Tree:
+    """The grid, with a line along each plane that has a condition."""
     if ground.has("grid", "follow"):
         return {"cell_size": CELL, "follow": {
             "boundary": "driver", "place": ground.place(0.5 * ground.width, ground.crest),
             "axes": [ground.up],
         }}  # fmt: skip
+    size: Any = CELL
+    origin = ground.vector(0.0, ground.origin_up)
     if ground.has("grid", "graded"):
-        rows = [[0.0, 0.9 * CELL], [ground.width, 1.1 * CELL]]
-        return {"cell_size": {axis: rows if axis == "x" else CELL for axis in ground.axes}}
-    shift = {"shifted": 0.0}.get(ground.choice["grid"])
-    origin = {} if shift is None else {"origin": ground.vector(-CELL, -3 * CELL, CELL)}
-    return {"cell_size": CELL, **origin}
+        rows = [[0.0, 0.9 * CELL], [(3 if ground.dim == 3 else 4) * CELL, 1.1 * CELL]]
+        size = {axis: rows if axis == "x" else CELL for axis in ground.axes}
+    elif ground.has("grid", "shifted"):
+        origin = ground.vector(-CELL, ground.origin_up - 3 * CELL, CELL)
+    return {"cell_size": size, "origin": origin} if any(origin) else {"cell_size": size}
 
 
 def _materials(ground: Ground) -> Tree:
@@ -137,7 +140,9 @@ def _sides(ground: Ground) -> list[Tree]:
     if ground.kind != "axisymmetric":
         found.append(_plane("left", "x", 0.0))
     if ground.kind == "3d":
-        found += [_plane("front", "y", 0.0), _plane("back", "y", ground.depth)]
+        found.append(_plane("front", "y", 0.0))
+        if ground.regular:
+            found.append(_plane("back", "y", ground.depth))
     if ground.confined:
         found.append(_plane("right", "x", ground.width))
     return found

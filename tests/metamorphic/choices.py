@@ -35,6 +35,7 @@ DIMENSIONS: dict[str, tuple[str, ...]] = {
     "stages": ("none", "loads", "boundary", "excavate", "remove", "fill", "refill", "exchange", "grid"),
     "inertia": ("none", "newmark", "generalised_alpha", "damped", "pic"),
     "load": ("none", "pressure", "traction", "point_force", "line_force", "seismic"),
+    "places": ("regular", "irregular"),
     "grid": ("uniform", "shifted", "graded", "follow"),
     "solver": ("auto", "superlu", "banded", "multigrid"),
     "relation": (
@@ -95,7 +96,8 @@ def says_something(choice: Choice) -> bool:
     if relation == "rest":
         return choice["inertia"] == "none"
     if relation == "halved":
-        return choice["inertia"] == choice["contact"] == "none"
+        jumps = choice["law"].startswith(("separating", "softening"))
+        return choice["inertia"] == choice["contact"] == "none" and not jumps
     if relation == "unload":
         return (
             choice["law"] in ("hencky_elastic", "varying")

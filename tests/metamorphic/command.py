@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import argparse
 import re
+import sys
 import time
 import traceback
 from collections import Counter, defaultdict
@@ -16,6 +17,7 @@ from metamorphic.choices import PLAIN, Choice
 from metamorphic.covering import Covering
 from metamorphic.known import is_known
 from metamorphic.models import Tree
+from metamorphic.processes import processes
 from metamorphic.relations import faults
 from metamorphic.smaller import smaller
 from metamorphic.subject import Subject
@@ -31,6 +33,7 @@ def _arguments(given: list[str] | None) -> argparse.Namespace:
     add("--smaller", action="store_true", help="the fewest lines of each kind of fault")
     add("--pairs", action="store_true", help="all pairs of values that were left out, and why")
     add("--replay", metavar="NAME", help="one model again, such as 1-17")
+    add("--processes", action="store_true", help="runs of two and three processes, too")
     add("--keep", type=Path, default=Path("metamorphic_failures"), help="folder of failures")
     return parser.parse_args(given)
 
@@ -47,8 +50,14 @@ def main(given: list[str] | None = None) -> int:
         if options.replay and name != options.replay:
             continue
         count += 1
+        if count % 100 == 0:
+            print(f"{count} models after {time.process_time() - start:.0f} s", file=sys.stderr)
         subject = Subject(entries_of(choice, name), choice, name)
-        found = [text for text in found_faults(subject) if not is_known(choice, text)]
+        found = [
+            text
+            for text in found_faults(subject, options.processes)
+            if not is_known(choice, text)
+        ]
         codes[subject.run.exit_code] += 1
         for fault in found:
             causes[cause_of(fault)].append(name)
@@ -74,10 +83,16 @@ def refused(choice: Choice, name: str) -> str:
     return ""
 
 
-def found_faults(subject: Subject) -> list[str]:
-    """All faults of a model; an exception that is none of tilth's is one."""
+def found_faults(subject: Subject, several: bool = False) -> list[str]:
+    """All faults of a model; an exception that is none of tilth's is one.
+
+    several: whether several processes compute it, too.
+    """
     try:
-        return faults(subject)
+        found = faults(subject)
+        if several and subject.run.exit_code == 0:
+            found += [f"processes: {text}" for text in processes(subject)]
+        return found
     except Exception as error:
         place = traceback.extract_tb(error.__traceback__)[-1]
         return [f"exception: {type(error).__name__}: {error} in {place.filename}:{place.name}"]

@@ -14,13 +14,20 @@ from metamorphic.runs import Moment, Run
 from tilth.arrays import Floats, Integers
 
 
+LEAST_STRESS = 1e-6
+"""Stresses are compared with this share of Young's modulus, at least: in free fall there is none."""
+
 LEAST_STRAIN = 0.01
 """Displacements are compared with this share, at least, of those by which all stress would come up."""
 
 
 @dataclass(frozen=True)
 class Scales:
-    """Sizes of the quantities of a run in the units of the generator, by which differences are divided."""
+    """Sizes of the quantities of a run in the units of the generator, by which differences are divided.
+
+    A difference of the displacement of a step is in the velocity twice over the time of the step, and
+    with the other sign in all that follow.
+    """
 
     length: float
     stress: float
@@ -35,7 +42,7 @@ class Scales:
             return max((float(np.abs(a).max(initial=0.0)) for a in arrays), default=0.0) or 1.0
 
         moments = run.moments
-        stress = largest([m.stress for m in moments])
+        stress = max(largest([m.stress for m in moments]), LEAST_STRESS * YOUNG)
         elastic = stress / YOUNG * float(np.ptp(run.initial, axis=0).max())
         length = max(largest([m.displacement for m in moments]), LEAST_STRAIN * elastic)
         return cls(
@@ -43,7 +50,10 @@ class Scales:
             stress=stress,
             force=max((m.size for m in moments), default=1.0) or 1.0,
             strain=max(length / run.cell, largest([m.plastic_strain for m in moments])),
-            velocity=max(largest([m.velocity for m in moments]), length / moments[-1].time),
+            velocity=max(
+                largest([m.velocity for m in moments]),
+                2.0 * len(moments) * length / moments[-1].time,
+            ),
             energy=max((abs(e) for m in moments for e in m.energies.values()), default=0.0) or 1.0,
         )
 

@@ -18,9 +18,9 @@ from metamorphic.choices import (
     settled,
 )
 
-DENSITY = 0.25
+DENSITY = 0.4
 """Share of the dimensions that are not plain, apart from what a pair asks for."""
-CANDIDATES = 12
+CANDIDATES = 16
 """Choices that are compared for each model."""
 TRIALS = 6
 """Models of a pair that are refused or say nothing before it counts as such."""
@@ -60,24 +60,21 @@ class Covering:
         random = Random(name)
         pair = min(self.missing, key=self.missing.__getitem__, default=None)
         pinned = {} if pair is None else dict(pair)
-        best: Choice | None = None
-        message = ""
-        for _ in range(CANDIDATES if pair is not None else 1):
-            choice = settled(self._drawn(random), pinned, random)
-            if not says_something(choice):
-                message = message or "the relation says nothing of it"
-                continue
-            if text := self.refused(choice, name):
-                message = text
-                continue
-            if best is None or self._new(choice) > self._new(best):
-                best = choice
-        if best is None and pair is not None:
+        message = "the relation says nothing of it"
+        drawn = [
+            settled(self._drawn(random), pinned, random)
+            for _ in range(CANDIDATES if pinned else 1)
+        ]
+        for choice in sorted(filter(says_something, drawn), key=self._new, reverse=True):
+            message = self.refused(choice, name)
+            if not message:
+                return choice
+        if pair is not None:
             self.missing[pair] += 1
             if self.missing[pair] >= TRIALS:
                 del self.missing[pair]
                 self.left_out[pair] = message
-        return best
+        return None
 
     def _drawn(self, random: Random) -> Choice:
         return {

@@ -27,7 +27,13 @@ class KnownFault:
         return self.text in fault and all(choice[name] in some for name, some in self.values)
 
 
-KNOWN: tuple[KnownFault, ...] = ()
+KNOWN = (
+    KnownFault(
+        "the fields of unpaired bodies follow their order; the message says how to list them",
+        "they would pass through eac",
+        (("relation", ("order",)),),
+    ),
+)  # fmt: skip
 
 
 def is_known(choice: Choice, fault: str) -> bool:

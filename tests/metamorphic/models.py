@@ -60,25 +60,41 @@ class Ground:
         self.choice, self.random = choice, random
         self.kind = choice["kind"]
         self.dim = 3 if self.kind == "3d" else 2
+        self.axes = AXES[: self.dim]
         self.up = AXES[self.dim - 1]
-        self.width = CELL * (3 if self.dim == 3 else 4)
-        self.height = CELL * (1 if self.dim == 3 else random.choice((1, 2)))
-        self.depth = CELL if self.dim == 3 else 0.0
+        self.contact = CONTACTS.get(choice["contact"])
         self.steps = random.choice((1, 2))
         self.dynamic = not self.has("inertia", "none")
         self.end = 0.2 if self.dynamic else 1.0
         self.constant = [[0.0, 1.0], [self.end, 1.0]]
         self.growing = [[0.0, 0.0], [self.end, 1.0]]
-        self.contact = CONTACTS.get(choice["contact"])
-        self.axes = AXES[: self.dim]
-        off_line = self.has("driver", "prescribed_plane") or random.random() < 0.5
-        self.top = self.height + (0.0 if off_line else 0.3 * CELL)
-        self.start = random.choice((0.0, 0.25 * CELL))
-        self.right = self.start + 1.6 * CELL
-        self.upper = "ground" if self.has("second_body", "none") else "above"
-        self.crest = self.top + (0.0 if self.upper == "ground" else CELL)
-        self.confined = random.random() < 0.5
         self.at_once = not self.has("initial", "none")
+        self._set_places()
+
+    def _set_places(self) -> None:
+        """Where the soil ends: on grid lines, or at no line that no condition needs."""
+        random, regular = self.random, self.has("places", "regular")
+        base_on_line = self.has("base", "rollers", "fixed") or self.choice["base"] == "absorbing"
+        crest_on_line = self.has("driver", "prescribed_plane")
+        self.regular = regular
+        self.confined = random.random() < 0.5
+        self.width = CELL * (3 if self.dim == 3 else 4)
+        if not regular and not self.confined:
+            self.width -= self.amount(0.06, 0.18)
+        self.depth = 0.0 if self.dim == 2 else CELL if regular else self.amount(0.4, 0.46)
+        self.height = CELL * (1 if self.dim == 3 else random.choice((1, 2)))
+        above = 0.0 if self.has("second_body", "none") else CELL
+        if not regular and not (base_on_line and crest_on_line):
+            self.height += self.amount(0.07, 0.21)
+            above = 0.93 * above
+        self.top = self.height
+        self.crest = self.top + above
+        self.upper = "above" if above else "ground"
+        self.start = random.choice((0.0, 0.25 * CELL if regular else self.amount(0.06, 0.18)))
+        self.right = self.start + (1.6 * CELL if regular else self.amount(0.71, 0.89))
+        self.origin_up = 0.0
+        if not base_on_line and not regular:
+            self.origin_up = self.crest if crest_on_line else -self.amount(0.05, 0.2)
 
     def has(self, dimension: str, *beginnings: str) -> bool:
         """Whether the value of a dimension begins with one of some words."""
@@ -100,8 +116,12 @@ class Ground:
     def body(self, name: str, shape: Tree, **more: Any) -> Tree:
         return {
             "name": name, "material": "soil", "basis": self.choice["basis"], "shape": shape,
-            "anti_locking": self.choice["anti_locking"], "points_per_cell": 2, **more,
+            "anti_locking": self.choice["anti_locking"], **self._division, **more,
         }  # fmt: skip
+
+    @property
+    def _division(self) -> Tree:
+        return {"points_per_cell": 2} if self.regular else {"spacing": 0.47 * CELL}
 
     def amount(self, least: float, most: float) -> float:
         return round(self.random.uniform(least, most), 3)

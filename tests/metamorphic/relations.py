@@ -16,7 +16,8 @@ from metamorphic.bounds import (
     HALVED,
     LEAST_OF_HALVED,
     UNLOADED,
-    patched,
+    by_round_off,
+    of_patches,
 )
 from metamorphic.changes import with_rest, with_steps, with_unloading
 from metamorphic.choices import has_vertical
@@ -57,13 +58,13 @@ def _turns(subject: Subject, handedness: float) -> list[np.ndarray]:
 def mirror(subject: Subject) -> Iterator[str]:
     """The mirror image of a model has the mirror image of the result."""
     turn = subject.random.choice(_turns(subject, -1.0))
-    yield from _of_frame(subject, Frame(turn, np.zeros(subject.dim)), patched(subject.entries))
+    yield from _of_frame(subject, Frame(turn, np.zeros(subject.dim)), of_patches(subject))
 
 
 def turn(subject: Subject) -> Iterator[str]:
     """A model that is turned by 90 or 180 degrees has the result turned."""
     turn = subject.random.choice(_turns(subject, 1.0))
-    yield from _of_frame(subject, Frame(turn, np.zeros(subject.dim)), patched(subject.entries))
+    yield from _of_frame(subject, Frame(turn, np.zeros(subject.dim)), of_patches(subject))
 
 
 def shift(subject: Subject) -> Iterator[str]:
@@ -71,7 +72,7 @@ def shift(subject: Subject) -> Iterator[str]:
     along = np.array([subject.random.randint(-9, 9) for _ in range(subject.dim)])
     if subject.kind == "axisymmetric":
         along[0] = 0
-    yield from _of_frame(subject, Frame(np.eye(subject.dim), CELL * along), DIFFERENCE)
+    yield from _of_frame(subject, Frame(np.eye(subject.dim), CELL * along), by_round_off(subject))
 
 
 def units(subject: Subject) -> Iterator[str]:
@@ -81,7 +82,7 @@ def units(subject: Subject) -> Iterator[str]:
     """
     length, stress, time = (4.0 ** subject.random.randint(-3, 3) for _ in range(3))
     frame = Frame(np.eye(subject.dim), np.zeros(subject.dim), length, stress, time)
-    bound = DIFFERENCE if subject.choice["law"] == "modified_cam_clay" else 0.0
+    bound = by_round_off(subject) if subject.choice["law"] == "modified_cam_clay" else 0.0
     yield from _of_frame(subject, frame, bound)
 
 
@@ -92,7 +93,7 @@ def order(subject: Subject) -> Iterator[str]:
         if name in other:
             other[name].reverse()
     other["materials"] = dict(reversed(other["materials"].items()))
-    yield from _excess(subject.run, run_in_memory(other), DIFFERENCE, by_boundary=False)
+    yield from _excess(subject.run, run_in_memory(other), by_round_off(subject), by_boundary=False)
 
 
 def resume(subject: Subject) -> Iterator[str]:
@@ -160,7 +161,7 @@ def unload(subject: Subject) -> Iterator[str]:
 
 def balance(subject: Subject) -> Iterator[str]:
     """Forces, moments and energies are in balance after each step."""
-    yield from balances.faults(subject.run, subject.entries)
+    yield from balances.faults(subject)
 
 
 Relation = Callable[[Subject], Iterator[str]]

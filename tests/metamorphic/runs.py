@@ -98,7 +98,7 @@ class Run:
 
     def at_regular_times(self, of: Run | None = None) -> Run:
         """The same with the moments at the regular times of a run only, its own if not given."""
-        times = {round(m.time, 9) for m in (of or self).moments if of or True}
+        times = {round(m.time, 9) for m in (of or self).moments}
         return replace(self, moments=[m for m in self.moments if round(m.time, 9) in times])
 
 

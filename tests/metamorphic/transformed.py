@@ -47,7 +47,7 @@ PLAIN = {
     "separates", "compression_index", "swelling_index", "critical_state_slope", "K0", "body",
     "overconsolidation_ratio", "name", "material", "basis", "anti_locking", "domain_update",
     "condition", "normal_of_contact", "tangential", "friction", "adhesion_factor", "bodies",
-    "wished_in_place", "follower", "part", "steps", "adaptive", "activate", "deactivate", "title",
+    "wished_in_place", "follower", "steps", "adaptive", "activate", "deactivate", "title",
     "materials_of_stage", "reset", "boundary", "follower", "equilibrium", "predictor", "format",
     "ghost_stabilisation", "velocity_update", "watertight", "form", "report", "checkpoint_every",
     "tensile", "solid_side_of", "minimum_step", "outputs", "maximum_iterations", "closed",
@@ -68,7 +68,7 @@ class _Transformation:
         self.dim = frame.dim
         self.own: dict[str, Callable[[Any], Any]] = {
             "cell_size": self._cell_size, "points_per_cell": self._extents,
-            "points": self._extents, "axes": self._axes, "range": self._range,
+            "points": self._extents, "axes": self._axes, "range": self._range, "part": self._side,
             "stress": self._tensor, "vertices": self._vertices, "width": self._widths,
             "output_times": lambda times: [self._number(t, TIME) for t in times],
             "shear": lambda shear: self._number(-shear if self._flips else shear, STRESS),

@@ -1,0 +1,105 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The short form of the metamorphic tests, and the parts that they are made of."""
+
+from __future__ import annotations
+
+import copy
+
+import numpy as np
+import pytest
+
+from metamorphic import commands as commands_module
+from metamorphic.balances import faults as faults_of_balance
+from metamorphic.build import entries_of
+from metamorphic.choices import PLAIN
+from metamorphic.command import found_faults, main, refused
+from metamorphic.compare import difference
+from metamorphic.covering import Covering
+from metamorphic.frames import Frame, turns
+from metamorphic.known import is_known
+from metamorphic.smaller import smaller
+from metamorphic.subject import Subject
+from metamorphic.transformed import transformed
+
+MODELS, PARTS, SEED = 300, 6, 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("part", range(PARTS))
+def test_no_relation_fails(part: int) -> None:
+    for number, (name, choice) in enumerate(Covering(SEED, refused).choices(MODELS)):
+        if number % PARTS == part:
+            found = found_faults(Subject(entries_of(choice, name), choice, name))
+            assert not [text for text in found if not is_known(choice, text)], (name, choice)
+
+
+def test_every_pair_of_values_occurs_or_is_refused() -> None:
+    covering = Covering(SEED, refused)
+    for _ in covering.choices(MODELS):
+        pass
+    assert not covering.missing
+    assert all(covering.left_out.values())
+
+
+def _plain(**values: str) -> Subject:
+    choice = {**PLAIN, **values}
+    return Subject(entries_of(choice, "plain"), choice, "plain")
+
+
+@pytest.mark.parametrize("kind", ["plane_strain", "3d"])
+def test_a_frame_and_its_inverse(kind: str) -> None:
+    subject = _plain(kind=kind, driver="footing", load="pressure", places="irregular")
+    dim = subject.dim
+    for turn in turns(dim):
+        shift = np.arange(1.0, dim + 1.0)
+        there = Frame(turn, shift, 4.0, 16.0, 0.25)
+        back = Frame(turn.T, -turn.T @ shift / 4.0, 0.25, 0.0625, 4.0)
+        again = transformed(transformed(subject.entries, there, kind), back, kind)
+        other = Subject(again, subject.choice, "plain")
+        assert difference(subject.run, other.run)[0] < 1e-9
+
+
+def test_wrong_forces_are_noticed() -> None:
+    subject = _plain(load="pressure")
+    assert not list(faults_of_balance(subject))
+    subject.run.moments[0].forces["base"] *= 1.0 + 1e-8
+    subject.run.moments[-1].moments["base"] *= 1.0 + 1e-8
+    found = [text.split()[0] for text in faults_of_balance(subject)]
+    assert found == ["force", "moment"]
+
+
+def test_lost_energy_is_noticed() -> None:
+    subject = _plain()
+    subject.run.moments[-1].energies["friction_dissipation"] = -1.0
+    subject.run.moments[-1].energies["numerical_dissipation"] += 10.0
+    found = [text.split()[0] for text in faults_of_balance(subject)]
+    assert found == ["friction_dissipation", "energy"]
+
+
+def test_other_results_are_noticed() -> None:
+    one, other = _plain().run, _plain().run
+    assert difference(one, other)[0] == 0.0
+    changed = copy.deepcopy(other)
+    changed.moments[-1].stress[3, 1] *= 1.0 + 1e-6
+    assert 0.0 < difference(one, changed)[0] < 1e-5
+    changed.moments.pop()
+    assert difference(one, changed)[0] == np.inf
+
+
+def test_wrong_exit_codes_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    codes = {"check": 4, "run": 0}
+    monkeypatch.setattr(commands_module, "run_command", lambda words: codes[words[0]])
+    found = list(commands_module.commands(_plain()))
+    assert len(found) == 1
+    assert found[0].startswith("check has exit code 4")
+
+
+def test_the_lines_of_a_fault_are_left() -> None:
+    entries = _plain(load="pressure").entries
+    text = smaller(entries, lambda other: "pressure" in str(other))
+    assert [line.split(" = ")[0] for line in text.splitlines() if " = " in line] == ["pressure"]
+
+
+def test_the_command_runs_one_model_again(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--seed", "5", "--models", "3", "--replay", "5-1"]) == 0
+    assert "1 models" in capsys.readouterr().out
