@@ -32,6 +32,10 @@ def available_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
+USER_MODULE = "tilth_user_"
+"""At the start of the names of the modules that the user's Python files become."""
+
+
 SIZES = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_SIZE", "MPI_LOCALNRANKS")
 """Variables of the environment by which launchers tell a process how many there are."""
 
