@@ -49,6 +49,10 @@ def count_of(key: str, given: int | None, default: int) -> int:
     return int(given)
 
 
+USER_MODULE = "tilth_user_"
+"""At the start of the names of the modules that the user's Python files become."""
+
+
 SIZES = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_SIZE", "MPI_LOCALNRANKS")
 """Variables of the environment by which launchers tell a process how many there are."""
 

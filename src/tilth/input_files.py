@@ -29,6 +29,10 @@ _KINDS = (
 )
 
 
+class NoFile(OSError):
+    """A path that is not that of a file; `strerror` says why, in words of the user."""
+
+
 def absolute(path: Path | str) -> Path:
     """Returns the path from the root, without symbolic links; those of a circle stay as they are.
 
@@ -53,8 +57,7 @@ def require_file(path: Path | str) -> None:
     Raises:
         FileNotFoundError: there is nothing.
         IsADirectoryError: it is a folder.
-        OSError: it is a pipe, a socket, a device or a circle of links, or nobody can tell.
-            `strerror` says which, in words of the user.
+        NoFile: it is a pipe, a socket, a device or a circle of links, or nobody can tell.
     """
     if reason := why_no_file(path):
         number = errno.EINVAL
@@ -62,7 +65,7 @@ def require_file(path: Path | str) -> None:
             number = errno.ENOENT
         elif os.path.isdir(path):
             number = errno.EISDIR
-        raise OSError(number, reason, str(path))
+        raise (NoFile if number == errno.EINVAL else OSError)(number, reason, str(path))
 
 
 def require_plain_files(paths: Iterable[Path]) -> None:

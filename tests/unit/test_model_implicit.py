@@ -48,7 +48,8 @@ SOLID = [
     BLADE,
     CONE,
 ]
-SOLID += [FUNCTION, STL]
+TERRAIN = {"type": "terrain", "surface": 0.5, "lower": [-2, -2], "upper": [2, 2], "soil": "above"}
+SOLID += [FUNCTION, STL, TERRAIN]
 
 TURN = {"angle": 30.0, "centre": [0.0, 1.0]}
 RAMP = [[0, 0], [1, 1]]

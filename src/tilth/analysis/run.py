@@ -310,15 +310,22 @@ def require_time(model: Model, until: float | None) -> None:
         )
 
 
+MOST_THREADS = 1024
+"""As the core has it."""
+
+
 def set_threads(threads: int | None, comm: Communicator = SERIAL) -> int:
     """Sets the number of threads of the kernels, all available cores if None; returns it.
 
     comm: processes that have the cores together; each has one thread if None.
 
     Raises:
-        BadInput: the number is no whole number from 1 on.
+        BadInput: the number is no whole number from 1 on, or there are more than `MOST_THREADS`.
     """
     used = count_of("threads", threads, 1 if comm.size > 1 else available_cores())
+    if used > MOST_THREADS:
+        remedy = f"give at most {MOST_THREADS}"
+        raise BadInput("is more than the core takes", remedy, key="threads", value=used)
     _core.set_threads(used)
     return used
 

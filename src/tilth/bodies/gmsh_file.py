@@ -4,9 +4,11 @@
 from __future__ import annotations
 
 import importlib
+import io
 import struct
 from codecs import BOM_UTF8
 from collections.abc import Callable
+from contextlib import redirect_stderr
 from pathlib import Path
 from typing import Any
 
@@ -43,7 +45,8 @@ def read_gmsh(file: Path, refused: Callable[[str, str], BadInput]) -> Any:
         with file.open("rb") as opened:
             if opened.read(len(BOM_UTF8)) != BOM_UTF8:  # an editor's; meshio does not know it
                 opened.seek(0)
-            mesh = meshio.gmsh.main.read_buffer(opened)
+            with redirect_stderr(io.StringIO()):  # its warnings: what is wrong is refused here
+                mesh = meshio.gmsh.main.read_buffer(opened)
         if not np.isfinite(mesh.points).all():
             raise ValueError("a node has a coordinate that is no finite number")
         if not mesh.cells or not all(map(_is_whole, mesh.cells)):

@@ -13,9 +13,12 @@ from tilth.input_files import absolute
 
 CASE = click.argument("case", metavar="CASE.toml", type=click.Path(path_type=Path))
 FOLDER = click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
+MOST_THREADS = 1024
+"""Of the core, and processes of a study."""
+
 THREADS = click.option(
     "--threads",
-    type=click.IntRange(min=1),
+    type=click.IntRange(min=1, max=MOST_THREADS),
     help="Threads to compute with; all cores if not given. The results do not depend on it.",
 )
 UNTIL = click.option(

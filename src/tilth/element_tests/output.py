@@ -17,7 +17,7 @@ from tilth.input_files import require_file, require_plain_files
 from tilth.model import ElementCase
 from tilth.model.element_case import picture_of, table_of
 from tilth.output.disk import writing
-from tilth.output.files import write_durably
+from tilth.output.files import write_durably, written_whole
 from tilth.report.texts import save
 
 LIST = "element_tests.json"
@@ -46,8 +46,8 @@ def write_outputs(case: ElementCase, results: Sequence[ElementResult], folder: P
         names = plot.tests or [test.name for test in case.tests]
         chosen = [result for result in results if result.test in names]
         figure = draw_plot(plot, chosen, case.title)
-        with writing(folder / picture, _REMEDY):
-            save(figure, folder / picture, dpi=110)
+        with writing(folder / picture, _REMEDY), written_whole(folder / picture) as new:
+            save(figure, new, dpi=110)
 
 
 def _remove_earlier(folder: Path) -> None:

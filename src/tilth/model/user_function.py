@@ -16,6 +16,7 @@ import numpy as np
 
 from tilth import _core
 from tilth.arrays import Floats
+from tilth.environment import USER_MODULE
 from tilth.errors import BadInput
 from tilth.input_files import absolute, why_no_file
 from tilth.model.problems import suggestion
@@ -187,7 +188,7 @@ def _run(path: Path, key: str, reference: str) -> ModuleType:
         )
     # Compiled here, not imported, to neither use nor write a `__pycache__` beside the user's file.
     digest = hashlib.sha256(str(path).encode()).hexdigest()[:16]
-    module = ModuleType(f"tilth_user_{path.stem}_{digest}")
+    module = ModuleType(f"{USER_MODULE}{path.stem}_{digest}")
     module.__file__ = str(path)
     sys.modules[module.__name__] = module  # dataclasses need their module there
     try:

@@ -16,6 +16,7 @@ import platform
 import shlex
 import sys
 import time
+from contextlib import suppress
 from dataclasses import asdict, dataclass, fields
 from datetime import datetime
 from pathlib import Path
@@ -99,8 +100,9 @@ class FolderLock:
                 os.close(file)  # the run before it ended between our two calls
                 continue
             self._file = file
-            os.ftruncate(file, 0)
-            os.pwrite(file, json.dumps(asdict(_this_process())).encode(), 0)
+            with suppress(OSError):  # a full disk: the first file of the run says so
+                os.ftruncate(file, 0)
+                os.pwrite(file, json.dumps(asdict(_this_process())).encode(), 0)
             return self
         holder = _read_holder(path)
         who = f" by {holder}" if holder else ""
