@@ -308,7 +308,8 @@ def test_check_lists_the_stages() -> None:
 
 
 def test_check_goes_through_all_stages() -> None:
-    result = check(model_of())
+    units = {"force": "kN", "stress": "kPa", "mass": "t"}
+    result = check(model_of(units=units))
     assert result.points == 96
     # its last grid has one point in a cell
     assert [text[: text.index(" are")] for text in result.warnings] == [
