@@ -326,7 +326,8 @@ def test_only_water_has_a_pore_pressure() -> None:
 
 
 def warnings_of(entries: dict[str, Any]) -> list[str]:
-    return tilth.check(Model.from_dict(entries)).warnings
+    units = {"force": "kN", "stress": "kPa", "mass": "t"}
+    return tilth.check(Model.from_dict({**entries, "units": units})).warnings
 
 
 def test_water_that_is_probably_not_meant_is_warned_of() -> None:
