@@ -16,6 +16,7 @@ import numpy as np
 from tilth.analysis.contact_warnings import contact_warnings
 from tilth.analysis.overlaps import overlapping_bodies
 from tilth.analysis.table_warnings import table_warnings
+from tilth.analysis.unit_warnings import unit_warnings
 from tilth.arrays import Floats
 from tilth.boundaries.implicit.passage import points_behind
 from tilth.model import (
@@ -84,6 +85,7 @@ def _warnings_of(simulation: Simulation, in_advance: bool) -> Iterator[tuple[str
     yield from _locking(model, points)
     yield from _soft(model, points)
     yield from contact_warnings(model)
+    yield from unit_warnings(model, points)
     yield from _small_radii(model, points, simulation.grid)
     yield from _thin_or_sparse(points, simulation.grid)
     yield from _one_step(model)
@@ -366,6 +368,12 @@ def _water(simulation: Simulation) -> Iterator[tuple[str, str]]:
             "dry",
             "water.level: no soil is under water at the start or the end of the schedule: the "
             f"level is at least {-depth:.3g} below all soil; correct it, or leave out [water]",
+        )
+    if not simulation.loads.acts_on_mass and water.pore_pressure(lower, 0.0).any():
+        yield (
+            "no weight in water",
+            "water: no body force acts, so that the soil below the water has no weight and floats; "
+            "give [[loads]] one, such as acceleration = [0, -9.81]",
         )
     weightless = simulation.loads.acts_on_mass and not simulation.loads.acceleration(0.0).any()
     if weightless and water.pore_pressure(lower, 0.0).any():
