@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -24,6 +25,20 @@ else:
 MOST_BYTES = 4_000_000
 """Size of a case file [bytes], at most; reading TOML takes a second per megabyte."""
 
+
+MOST_PARTS = 100
+"""Parts of a key, with points between them, at most."""
+
+_TEXTS = re.compile(
+    r'"""(?:\\.|[^\\])*?(?:"""|\Z)'
+    r"|'''.*?(?:'''|\Z)"
+    r'|"(?:\\.|[^"\\\n])*"?'
+    r"|'[^'\n]*'?|#[^\n]*",
+    re.DOTALL,
+)
+_LONG_KEY = re.compile(rf"(?<![\w-])(?:[\w-]+[ \t]*\.[ \t]*){{{MOST_PARTS}}}")
+"""Texts and comments in TOML, also those without an end; a key of too many parts where each text is
+one letter. Neither takes longer than in proportion to the file."""
 
 _PLAIN = ("file", "folder", "library")
 """Keys whose value is a path alone."""
@@ -146,6 +161,7 @@ def _text_of(file: Path) -> str:
 
 
 def _parsed(text: str) -> dict[str, Any]:
+    _require_short_keys(text)
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -159,6 +175,19 @@ def _parsed(text: str) -> dict[str, Any]:
         ) from None
     except ValueError as error:  # what Python, not TOML, cannot read, such as too long a number
         raise BadInput(f"has a value that cannot be read: {error}", "check the numbers") from None
+
+
+def _require_short_keys(text: str) -> None:
+    """Refuses a key of very many parts, which takes the parser the square of their number."""
+    if not any(line.count(".") > MOST_PARTS for line in text.splitlines()):
+        return
+    plain = _TEXTS.sub("q", text)  # what is quoted may have points, and is one part as a key
+    if found := _LONG_KEY.search(plain):
+        number = plain.count("\n", 0, found.start()) + 1
+        raise BadInput(
+            f"has a key of more than {MOST_PARTS} parts, in about line {number}",
+            "a case file needs six levels at most",
+        )
 
 
 def _check_format(entries: dict[str, Any]) -> None:
