@@ -32,8 +32,7 @@ ROOMS = [
     "grid_lines",
     "mpi",
     "comm",
-    "arrays environment interrupt memory_errors timers",
-    "errors",
+    "arrays environment errors interrupt memory_errors timers",
     "_core __init__",
 ]
 """From the top down; those of one line do not import each other."""

@@ -294,6 +294,8 @@ def test_a_terrain_in_the_plane() -> None:
     x = np.random.default_rng(1).uniform(-3.5, 3.5, (80, 2))
     np.testing.assert_array_equal(line.distance(x), expected.distance(x))
     assert line.distance(np.array([[-3.0, 2.0], [-3.0, 0.0]])).tolist() == [1.0, -1.0]
+    places = np.array([[-4.1, 1.2], [-3.9, 1.1], [4.5, 2.0], [4.2, 3.1], [9.0, 3.0], [0.0, 9.0]])
+    assert line.beyond_border(places, 1.2).tolist() == [0, 2, 3]
 
 
 def test_a_block_slides_on_a_terrain_as_on_the_plane(tmp_path: Path) -> None:
@@ -344,9 +346,9 @@ def test_soil_beyond_the_border_is_warned_of(reach: float, tmp_path: Path) -> No
     model = Model.from_dict(entries)
     run(model, tmp_path / "out", quiet=True)
     log = (tmp_path / "out" / "log.txt").read_text()
-    said = log.count("soil is beyond the border of the open surface of the boundary 'slope'")
+    said = log.count("soil is beyond the border of the boundary 'slope'")
     assert said == (1 if reach < 1.0 else 0)
-    assert ("boundaries[0].geometry): let the surface reach further" in log) == (reach < 1.0)
+    assert ("let boundaries[0].geometry reach further" in log) == (reach < 1.0)
     entries["bodies"][0]["shape"]["upper"] = [3.0, 0.5, 1]
     warnings = check(Model.from_dict(entries)).warnings
     assert any("beyond the border" in text for text in warnings) == (reach < 1.0)
@@ -403,7 +405,8 @@ def rigid(geometry: dict[str, Any]) -> dict[str, Any]:
     held = {"name": "base", "type": "plane", "axis": "z", "at": 0.0, "condition": "fixed"}
     plate = {
         "name": "plate", "geometry": geometry, "centre": [0.0, 0.0, 1.0],
-        "rotation": {"x": 0.0, "y": 0.0, "z": 0.0}, "displacement": {"x": 0.0, "y": 0.0, "z": -0.01},
+        "rotation": {"x": 0.0, "y": 0.0, "z": 0.0},
+        "displacement": {"x": 0.0, "y": 0.0, "z": -0.01},
         "contact": {"normal": "unilateral", "tangential": "smooth"},
     }  # fmt: skip
     track = {"name": "z", "quantity": "reaction", "boundary": "plate", "component": "z"}

@@ -21,12 +21,13 @@ from tilth.analysis.stepping import Steps, exhausted, take_steps
 from tilth.analysis.stored_run import StoredRun
 from tilth.arrays import Floats
 from tilth.comm import SERIAL, Communicator, together
-from tilth.environment import available_cores, count_of
+from tilth.environment import available_cores
 from tilth.errors import AnalysisFailed, BadInput, TilthError
 from tilth.input_files import absolute
 from tilth.interrupt import StopSignals
 from tilth.memory_errors import is_memory_error, memory_sentence
 from tilth.model import Model
+from tilth.model.fields import count_of
 from tilth.model.overview import html_table
 from tilth.mpi import world
 from tilth.mpm.points import MaterialPoints

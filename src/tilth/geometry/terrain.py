@@ -21,7 +21,26 @@ STRAIGHT = 1e-12
 """Change of slope below which a polyline is straight."""
 
 
-def terrain_surface(terrain: TerrainGeometry, key: str) -> Polyline | OpenSurface:
+class TerrainLine(Polyline):
+    """The open polyline of a terrain in 2D, from its end of least x."""
+
+    def beyond_border(self, x: Floats, reach: float) -> Integers:
+        """Returns the numbers of points (n, 2) beyond its ends, within `reach` of one, (k,)."""
+        beyond = np.zeros(len(x), dtype=bool)
+        for end, ahead in (
+            (self.start[0], self.start[0] - self.end[0]),
+            (self.end[-1], self.end[-1] - self.start[-1]),
+        ):
+            offset = x - end
+            near = np.flatnonzero(
+                (offset @ ahead > 0.0) & (np.linalg.norm(offset, axis=1) <= reach)
+            )
+            nearest = np.abs(self.distance(x[near])) >= np.linalg.norm(offset[near], axis=1)
+            beyond[near[nearest]] = True
+        return np.flatnonzero(beyond)
+
+
+def terrain_surface(terrain: TerrainGeometry, key: str) -> TerrainLine | OpenSurface:
     """Returns the boundary along a terrain.
 
     In 3D the cells between the lines of a grid are four triangles each, which meet above its middle
@@ -36,7 +55,8 @@ def terrain_surface(terrain: TerrainGeometry, key: str) -> Polyline | OpenSurfac
         return OpenSurface(*_of_survey(terrain, f"{where}.file"), above)
     lines = [_line(terrain, k, where) for k in range(len(terrain.lower))]
     if len(lines) == 1:
-        return Polyline(_bends(lines[0], _heights(terrain, lines[0][:, None], where)), False, above)
+        vertices = _bends(lines[0], _heights(terrain, lines[0][:, None], where))
+        return TerrainLine(vertices, closed=False, left=above)
     place = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
     height = _heights(terrain, place.reshape(-1, 2), where)
     return OpenSurface(*_of_grid(place, height.reshape(place.shape[:2])), above)

@@ -14,11 +14,12 @@ import numpy as np
 from tilth.analysis.check import check
 from tilth.arrays import Floats
 from tilth.case import case_entries, load_study
-from tilth.environment import available_cores, count_of
+from tilth.environment import available_cores
 from tilth.errors import BadInput
 from tilth.input_files import absolute
 from tilth.interrupt import StopSignals
 from tilth.model import Model, Study
+from tilth.model.fields import count_of
 from tilth.output.folder import make_folder
 from tilth.output.lock import FolderLock
 from tilth.report.fields import with_unit
