@@ -29,7 +29,7 @@ ROOMS = [
     "output",
     "case",
     "model",
-    "grid_lines",
+    "grid_lines input_files",
     "mpi",
     "comm",
     "arrays environment errors interrupt memory_errors timers",

@@ -10,6 +10,6 @@ os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 os.environ["MPLBACKEND"] = "agg"
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from metamorphic.command import main  # noqa: E402
+from metamorphic.command import main
 
 sys.exit(main())

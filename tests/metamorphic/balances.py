@@ -64,7 +64,7 @@ def _dissipation(subject: Subject) -> Iterator[str]:
 def _energy(subject: Subject) -> Iterator[str]:
     """Work is stored or dissipated, but for the error of the trapezoidal rule.
 
-    It is of the order of the strain of a step; where soil yields or comes into contact, of the work.
+    It is of the order of the strain of a step, where soil yields or comes into contact of the work.
     """
     run = subject.run
     last = run.moments[-1].energies

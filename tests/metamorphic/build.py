@@ -9,7 +9,7 @@ from typing import Any
 from small_problems import AXES
 
 from metamorphic.choices import Choice
-from metamorphic.models import CELL, DENSITY, GRAVITY, LAWS, TOLERANCE, Ground, Tree, material
+from metamorphic.models import CELL, DENSITY, GRAVITY, TOLERANCE, Ground, Tree, material
 from metamorphic.staging import add_stages
 
 WATER = 1.0
@@ -175,9 +175,8 @@ def _rigid_bodies(ground: Ground) -> list[Tree]:
         return []
     radius = 0.8 * CELL
     x = 0.0 if ground.kind == "axisymmetric" else ground.start + CELL
-    centre = ground.place(
-        x, ground.crest + 0.9 * radius if ground.confined else ground.crest + radius
-    )
+    gap = 0.0 if ground.regular else 0.003
+    centre = ground.place(x, ground.crest + radius + gap)
     shape = "sphere" if ground.dim == 3 else "circle"
     up, weight = ground.up, 2.0 if ground.kind == "plane_strain" else 1.0
     body: Tree = {

@@ -28,11 +28,15 @@ DIMENSIONS: dict[str, tuple[str, ...]] = {
     "driver": (
         "none", "prescribed_plane", "footing", "rigid_prescribed", "rigid_free", "rigid_springs",
     ),
-    "contact": ("none", "smooth", "friction", "adhesion", "rough", "bonded", "bilateral", "tensile"),
+    "contact": (
+        "none", "smooth", "friction", "adhesion", "rough", "bonded", "bilateral", "tensile",
+    ),
     "second_body": ("none", "shared", "pair"),
     "initial": ("none", "K0", "1-sin_phi", "gravity", "table", "given"),
     "water": ("none", "level", "falling"),
-    "stages": ("none", "loads", "boundary", "excavate", "remove", "fill", "refill", "exchange", "grid"),
+    "stages": (
+        "none", "loads", "boundary", "excavate", "remove", "fill", "refill", "exchange", "grid",
+    ),
     "inertia": ("none", "newmark", "generalised_alpha", "damped", "pic"),
     "load": ("none", "pressure", "traction", "point_force", "line_force", "seismic"),
     "places": ("regular", "irregular"),
@@ -78,7 +82,7 @@ VERTICAL = {
     "initial": ("K0", "1-sin_phi", "table"), "water": ("level", "falling"),
     "stages": ("fill", "refill"), "law": ("layers", "varying"),
 }  # fmt: skip
-"""Values by which the vertical direction has a meaning, so that the model cannot be laid on its side."""
+"""Values by which the vertical direction has a meaning: the model cannot be laid on its side."""
 
 
 def has_vertical(choice: Choice) -> bool:

@@ -12,6 +12,7 @@ from collections import Counter, defaultdict
 from pathlib import Path
 
 from fuzz.toml_text import toml_text
+
 from metamorphic.build import entries_of
 from metamorphic.choices import PLAIN, Choice
 from metamorphic.covering import Covering
@@ -54,9 +55,7 @@ def main(given: list[str] | None = None) -> int:
             print(f"{count} models after {time.process_time() - start:.0f} s", file=sys.stderr)
         subject = Subject(entries_of(choice, name), choice, name)
         found = [
-            text
-            for text in found_faults(subject, options.processes)
-            if not is_known(choice, text)
+            text for text in found_faults(subject, options.processes) if not is_known(choice, text)
         ]
         codes[subject.run.exit_code] += 1
         for fault in found:

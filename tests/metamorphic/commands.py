@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The commands of tilth on a model: exit codes, and what one refuses or warns of the others do too."""
+"""The commands of tilth on a model: their exit codes, and that they refuse the same."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from fuzz.toml_text import toml_text
+
 from metamorphic.subject import Subject
 from tilth.cli import run_command
 from tilth.errors import EXIT_ANALYSIS_FAILED, EXIT_BAD_INPUT, EXIT_DONE

@@ -13,20 +13,19 @@ from metamorphic.models import YOUNG
 from metamorphic.runs import Moment, Run
 from tilth.arrays import Floats, Integers
 
-
 LEAST_STRESS = 1e-6
-"""Stresses are compared with this share of Young's modulus, at least: in free fall there is none."""
+"""Stresses are compared with this share of Young's modulus, at least; free soil has none."""
 
 LEAST_STRAIN = 0.01
-"""Displacements are compared with this share, at least, of those by which all stress would come up."""
+"""Displacements are compared with this share, at least, of those that go with the stress."""
 
 
 @dataclass(frozen=True)
 class Scales:
-    """Sizes of the quantities of a run in the units of the generator, by which differences are divided.
+    """Sizes of the quantities of a run, by which differences are divided, in the generator's units.
 
-    A difference of the displacement of a step is in the velocity twice over the time of the step, and
-    with the other sign in all that follow.
+    A difference of the displacement of a step is in the velocity twice over the time of the step,
+    and with the other sign in all that follow.
     """
 
     length: float

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A row of random choices in which every pair of values that is allowed occurs, as early as it can."""
+"""A row of random choices in which every pair of values that is allowed occurs."""
 
 from __future__ import annotations
 
@@ -62,8 +62,7 @@ class Covering:
         pinned = {} if pair is None else dict(pair)
         message = "the relation says nothing of it"
         drawn = [
-            settled(self._drawn(random), pinned, random)
-            for _ in range(CANDIDATES if pinned else 1)
+            settled(self._drawn(random), pinned, random) for _ in range(CANDIDATES if pinned else 1)
         ]
         for choice in sorted(filter(says_something, drawn), key=self._new, reverse=True):
             message = self.refused(choice, name)

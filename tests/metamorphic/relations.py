@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 
 import numpy as np
 
@@ -24,7 +25,7 @@ from metamorphic.choices import has_vertical
 from metamorphic.commands import commands
 from metamorphic.compare import Scales, difference
 from metamorphic.frames import Frame, turns
-from metamorphic.models import CELL, Tree
+from metamorphic.models import CELL
 from metamorphic.resumed import resumed_run
 from metamorphic.runs import Run, run_in_memory
 from metamorphic.subject import Subject
@@ -138,7 +139,7 @@ def rest(subject: Subject) -> Iterator[str]:
     moments = run.moments[before - 1 :]
     moved = [
         float(np.abs(after.position - earlier.position).max())
-        for earlier, after in zip(moments, moments[1:], strict=False)
+        for earlier, after in pairwise(moments)
     ]
     largest = Scales.of(subject.run).length
     if max(moved) > AT_REST * largest:

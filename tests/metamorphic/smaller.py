@@ -8,6 +8,7 @@ from collections.abc import Callable
 
 from fuzz.fewer_lines import fewest_lines
 from fuzz.toml_text import toml_text
+
 from metamorphic.models import Tree
 
 if sys.version_info >= (3, 11):
