@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import tilth
 from tilth import BadInput, Model
 from tilth.analysis.simulation import Simulation
 
@@ -135,7 +136,7 @@ def test_a_unilateral_thin_shape_in_soil_is_refused(shape: Any) -> None:
     text = refusal(anchor(shape))
     for part in (
         "rigid_bodies[0]: the shape of 'anchor", "has no thickness and is in soil: at (",
-        "there is 'clay' on both sides", "never parts from one side alone", "2 cells thick (0.5)",
+        "there is 'clay' on both sides", "hardly parts from one side alone", "2 cells thick",
         'normal = "bilateral"', "a contact pair",
     ):  # fmt: skip
         assert part in text
@@ -151,14 +152,18 @@ def slot(thickness: float, contact: Any = UNILATERAL) -> dict[str, Any]:
     return entries
 
 
-def test_a_body_thinner_than_two_cells_is_refused_and_a_thicker_one_taken() -> None:
+def test_a_body_thinner_than_a_cell_is_refused_and_one_below_two_warned_of() -> None:
     """On cells of 0.25 and of 0.125."""
-    text = refusal(slot(0.375))
-    assert "is only 0.375 thick, 1.5 cells, and is in soil" in text
+    assert "is only 0.2 thick, 0.8 cells, and is in soil" in refusal(slot(0.2))
+    warned = {0.25: True, 0.375: True, 0.5: False}
     fine = slot(0.375)
     fine["grid"] = {"cell_size": 0.125}
-    for entries in (slot(0.375, BILATERAL), slot(0.5), fine):
-        Simulation(Model.from_dict(entries)).check()
+    cases = [(slot(thickness), is_warned) for thickness, is_warned in warned.items()]
+    for entries, is_warned in [*cases, (slot(0.375, BILATERAL), False), (fine, False)]:
+        texts = tilth.check(Model.from_dict(entries)).warnings
+        found = [text for text in texts if "hardly parts from one side alone" in text]
+        assert len(found) == is_warned
+        assert all("rigid_bodies[0]: the shape of 'anchor' is only" in text for text in found)
 
 
 def test_a_unilateral_thin_plate_in_space_is_refused() -> None:

@@ -46,8 +46,10 @@ def check_first_step(simulation: Simulation, in_advance: bool = False) -> Active
     if not in_advance:
         contacts = step.constraints.contacts
         require_soil_in_reach(simulation.bodies, contacts, first, model.rigid_body_keys())
-    begins = [s for s in simulation.contact_surfaces if model.stage.begins(s.body_name or s.name)]
-    require_thin_shapes_held(begins, simulation.points, simulation.grid)
+    begins = model.stage.begins
+    require_thin_shapes_held(
+        simulation.contact_surfaces, begins, simulation.points, simulation.grid
+    )
     for boundary in simulation.implicit:
         boundary.require_soil(simulation.points.position)
     times = [*table_times(model), *simulation.waves.peak_times(model.schedule.end)]

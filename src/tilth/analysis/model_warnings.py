@@ -18,6 +18,7 @@ from tilth.analysis.overlaps import overlapping_bodies
 from tilth.analysis.table_warnings import table_warnings
 from tilth.analysis.unit_warnings import unit_warnings
 from tilth.arrays import Floats
+from tilth.boundaries.contact.thin import thin_warnings
 from tilth.boundaries.implicit.passage import border_warning, points_behind, surface_behind
 from tilth.model import (
     AffineBoundary,
@@ -87,6 +88,9 @@ def _warnings_of(simulation: Simulation, in_advance: bool) -> Iterator[tuple[str
     yield from _soft(model, points)
     yield from contact_warnings(model)
     yield from rigid_overlaps(model, points)
+    yield from thin_warnings(
+        simulation.contact_surfaces, model.stage.begins, points, simulation.grid
+    )
     yield from _small_radii(model, points, simulation.grid)
     yield from _thin_or_sparse(points, simulation.grid)
     yield from _one_step(model)

@@ -2,14 +2,15 @@
 """Thin shapes between soil that is to part from one of their sides, which one field cannot do.
 
 The grid has one displacement at a place. Soil on both sides of a shape that is thinner than two
-cells moves as one, so that it never parts from one side alone, and the shape bears what a bilateral
-contact would: an anchor at its own width below the ground 8.2 B s_u where it is a cell thick, and
-2.6 where it is two. Soil of different displacement fields, of bodies in a contact pair, does part.
+cells moves as one, so that it hardly parts from one side alone, and the shape bears what a
+bilateral contact would: an anchor at its own width below the ground 8.2 B s_u where it is a cell
+thick, and 2.6 where it is two. Soil of different displacement fields, of bodies in a contact pair,
+does part.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -21,7 +22,10 @@ from tilth.fields.tables import place_text
 from tilth.mpm.grid import Grid
 from tilth.mpm.points import MaterialPoints
 
-LEAST_CELLS = 2.0
+LEAST_CELLS = 1.0
+"""Thickness in cells below which a shape is refused."""
+
+OWN_NODES = 2.0
 """Thickness in cells from which on the sides of a body have nodes of their own."""
 
 ROUND_OFF = 1e-6
@@ -35,43 +39,78 @@ NEIGHBOURS = 8
 
 NO_SOIL = -1
 
+Begins = Callable[[str], bool]
+
 
 def require_thin_shapes_held(
-    surfaces: Sequence[ContactSurface], points: MaterialPoints, grid: Grid
+    surfaces: Sequence[ContactSurface], begins: Begins, points: MaterialPoints, grid: Grid
 ) -> None:
-    """Refuses unilateral shapes in soil that are thinner than two cells.
+    """Refuses unilateral shapes in soil that are thinner than a cell.
 
     Args:
-        surfaces: those that begin with this stage.
+        surfaces: of boundaries and rigid bodies.
+        begins: whether one of a name begins with this stage.
         points: the soil.
         grid: the background grid.
 
     Raises:
         BadInput: soil of one displacement field is on both sides of one.
     """
+    for surface, what in _thin_in_soil(surfaces, begins, points, grid, 0.0, LEAST_CELLS):
+        raise BadInput(what, _REMEDY, key=surface.key)
+
+
+def thin_warnings(
+    surfaces: Sequence[ContactSurface], begins: Begins, points: MaterialPoints, grid: Grid
+) -> Iterator[tuple[str, str]]:
+    """Yields unilateral shapes in soil of one to two cells: what it is about, and the text.
+
+    Arguments as of `require_thin_shapes_held`.
+    """
+    for surface, what in _thin_in_soil(surfaces, begins, points, grid, LEAST_CELLS, OWN_NODES):
+        yield f"thickness of {surface.key}", f"{surface.key}: {what}; {_REMEDY}"
+
+
+_REMEDY = (
+    f"give a box, or a closed line, that is at least {OWN_NODES:g} cells thick, cut out of the "
+    'soil (holes) and with wished_in_place = true, or smaller cells; or normal = "bilateral" '
+    "where suction holds the soil; or bodies of soil on the two sides with a contact pair"
+)
+
+
+def _thin_in_soil(
+    surfaces: Sequence[ContactSurface],
+    begins: Begins,
+    points: MaterialPoints,
+    grid: Grid,
+    least: float,
+    most: float,
+) -> Iterator[tuple[ContactSurface, str]]:
+    """Yields unilateral shapes between soil whose thickness is in a range, and what is wrong.
+
+    least, most: of the thickness [cells].
+    """
     for surface in surfaces:
+        if not begins(surface.body_name or surface.name):
+            continue
         laws = [surface.contact, *surface.contact_with.values()]
         if surface.quadrature is None or all(law.normal != "unilateral" for law in laws):
             continue
-        least = LEAST_CELLS * surface.cell
         thickness = 0.0 if surface.is_thin else extents(surface.geometry, grid.cell_size)[1]
-        if thickness >= least * (1.0 - ROUND_OFF):
+        cells = thickness / surface.cell + ROUND_OFF
+        if not least <= cells < most:
             continue
-        what = "has no thickness"
+        how = "has no thickness"
         if thickness > 0.0:
-            what = f"is only {thickness:.3g} thick, {thickness / surface.cell:.2g} cells,"
+            how = f"is only {thickness:.3g} thick, {thickness / surface.cell:.2g} cells,"
         for at, names in _between(surface, thickness, points, grid):
-            raise BadInput(
-                f"the shape of {surface.name!r} {what} and is in soil: at {place_text(at)} there "
+            yield (
+                surface,
+                f"the shape of {surface.name!r} {how} and is in soil: at {place_text(at)} there "
                 f"is {names} on both sides. The grid has one displacement there for both, so that "
-                'with normal = "unilateral" the soil never parts from one side alone, nor slides '
-                "past the other: the force of an anchor or a wall would be too large, several "
-                "times where it breaks away",
-                "give a box, a plate with `thickness`, or a closed line that is at least "
-                f"{LEAST_CELLS:g} cells thick ({least:.3g}), cut out of the soil (holes) and with "
-                'wished_in_place = true, or smaller cells; or normal = "bilateral" where suction '
-                "holds the soil; or bodies of soil on the two sides with a contact pair",
-                key=surface.key,
+                'with normal = "unilateral" the soil hardly parts from one side alone, nor slides '
+                "past the other: the force of an anchor or a wall is too large, several times "
+                "where it breaks away",
             )
 
 
