@@ -86,14 +86,22 @@ def test_the_state_of_the_run_is_found_again(result: SafetyResult) -> None:
 
 
 def test_a_trial_begins_where_the_body_is_in_the_last_one(loaded: Simulation) -> None:
-    """The same factor again is in equilibrium at once, with the footing's settlement."""
-    trials = Trials(loaded, 1.0, StrengthReduction(), lambda iteration, residual: None)
-    assert trials.at(1.0, pursues=False).in_equilibrium
-    found = trials.at(1.8, pursues=False)
-    again = trials.at(1.8, pursues=False)
-    assert found.iterations > 1
-    assert again.iterations <= 1
-    assert again.displacement == pytest.approx(found.displacement, rel=1e-3)
+    """With the body left behind, the first residual is many times the forces."""
+    first = []
+
+    def note(iteration: int, residual: float) -> None:
+        if iteration == 0:
+            first.append(residual)
+
+    trials = Trials(loaded, 1.0, StrengthReduction(), note)
+    found = [trials.at(factor, pursues=False) for factor in (1.0, 1.8, 1.8)]
+    assert all(each.in_equilibrium for each in found)
+    assert found[2].displacement == pytest.approx(found[1].displacement, rel=1e-3)
+    assert max(first[1:]) < 1.0
+    assert trials._last is not None
+    trials._last.global_unknowns[:] = 0.0
+    trials.at(1.8, pursues=False)
+    assert first[-1] > 10.0 * first[-2]
 
 
 def test_the_state_does_not_change(loaded: Simulation, result: SafetyResult) -> None:

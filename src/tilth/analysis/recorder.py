@@ -195,10 +195,12 @@ class Recorder:
             self._checkpoint_at_once(stage_checkpoint(index))
 
     def factor_of_safety(self, stage: str, text: str) -> None:
-        """Records the result of a strength reduction."""
+        """Records the result of a strength reduction, and warnings of it."""
+        self._collect_warnings()
         self.log.reduction(stage, self.analysis.time, text)
         if self._progress is not None:
             self._progress.message(f"{stage}: {text}")
+        self._say_warnings()
 
     def _relaxed(self, time: float) -> None:
         """Records that soil has come to rest beyond a limit load."""
