@@ -179,7 +179,7 @@ def _parsed(text: str) -> dict[str, Any]:
 
 def _require_short_keys(text: str) -> None:
     """Refuses a key of very many parts, which takes the parser the square of their number."""
-    if not any(line.count(".") > MOST_PARTS for line in text.splitlines()):
+    if not any(line.count(".") >= MOST_PARTS for line in text.splitlines()):
         return
     plain = _TEXTS.sub("q", text)  # what is quoted may have points, and is one part as a key
     if found := _LONG_KEY.search(plain):

@@ -285,3 +285,32 @@ def test_overwrite_keeps_what_a_study_has_not_written(column: Path, tilth: Tilth
     assert [file.read_text(encoding="utf-8") for file in own] == ["mine"] * 3
     assert not (folder / "samples/0002/case.toml").exists()
     assert len(rows_of(folder)) == 1
+
+
+def test_no_cell_of_the_table_is_a_formula(column: Path, tilth: Tilth) -> None:
+    """For a spreadsheet that opens it; a reason may repeat what a user's function has said."""
+    titles = ["=1+1", "@SUM(1)", "+1", "-1", " =1", "a;=1", "a - 1", "\uff1d1", "<img src=x>"]
+    text = column.read_text(encoding="utf-8").partition("[[vary]]")[0]
+    text = text.replace("seed = 3\nsamples = 3\n", "")
+    text += f'[[vary]]\nkey = "title"\nvalues = {titles}\n'
+    text += '[[outcomes]]\ntype = "function"\nname = "rows"\nfunction = "rows.py:rows"\n'
+    column.write_text(text, encoding="utf-8")
+    rows = "def rows(folder):\n    raise ValueError('=HYPERLINK()')\n"
+    column.with_name("rows.py").write_text(rows, encoding="utf-8")
+    assert tilth("study", column, "--quiet", "--processes", "1").code == 1
+    found = [row["title"] for row in rows_of(column.with_suffix(""))]
+    assert found == [
+        "'=1+1",
+        "'@SUM(1)",
+        "'+1",
+        "'-1",
+        "' =1",
+        "a;'=1",
+        "a - 1",
+        "'\uff1d1",
+        titles[-1],
+    ]
+    for line in rows_of(column.with_suffix("")):
+        assert not line["reason"].lstrip().startswith(("=", "+", "-", "@"))
+    page = (column.with_suffix("") / "study.html").read_text(encoding="utf-8")
+    assert "<img src=x" not in page

@@ -8,9 +8,9 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-import ezdxf
 import numpy as np
 import pytest
+from input_kinds import FILES
 
 from tilth.bodies.discretise import discretise
 from tilth.bodies.size import body_size
@@ -40,104 +40,16 @@ def terrain(file: str, dim: int = 2, **more: Any) -> Terrain:
     return Terrain(lower=lower, upper=upper, base=0.0, surface={"file": file, **more})  # type: ignore[arg-type]
 
 
-GEOJSON = {
-    "type": "FeatureCollection",
-    "features": [
-        {
-            "type": "Feature",
-            "properties": {"name": "clay"},
-            "geometry": {
-                "type": "Polygon",
-                "coordinates": [
-                    [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 0.0]],
-                    [[1.0, 0.5], [1.5, 0.5], [1.5, 1.0], [1.0, 0.5]],
-                ],
-            },
-        },
-        {"type": "Feature", "geometry": {"type": "MultiPolygon", "coordinates": []}},
-    ],
-}
-
-CORNERS = np.array([[0, 0, 0], [2, 0, 0], [0, 2, 0], [0, 0, 2]], dtype=float)
-FACES = [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]]
-
-
-def stl() -> str:
-    lines = ["solid a"]
-    for face in FACES:
-        lines += ["facet normal 0 0 0", " outer loop"]
-        lines += [f"  vertex {x:g} {y:g} {z:g}" for x, y, z in CORNERS[face]]
-        lines += [" endloop", "endfacet"]
-    return "\n".join([*lines, "endsolid a", ""])
-
-
-MESH_2 = """$MeshFormat
-2.2 0 8
-$EndMeshFormat
-$Nodes
-4
-1 0 0 0
-2 2 0 0
-3 2 2 0
-4 0 2 0
-$EndNodes
-$Elements
-2
-1 2 2 1 1 1 2 3
-2 2 2 1 1 1 3 4
-$EndElements
-"""
-
-MESH_4 = """$MeshFormat
-4.1 0 8
-$EndMeshFormat
-$Nodes
-1 4 1 4
-2 1 0 4
-1
-2
-3
-4
-0 0 0
-2 0 0
-2 2 0
-0 2 0
-$EndNodes
-$Elements
-1 2 1 2
-2 1 2 2
-1 1 2 3
-2 1 3 4
-$EndElements
-"""
-
-
-def dxf(folder: Path) -> str:
-    document = ezdxf.new("R12")
-    space = document.modelspace()
-    space.add_polyline2d([(0, 0), (2, 0), (2, 2)], close=True, dxfattribs={"layer": "clay"})
-    space.add_circle((1.2, 0.6), 0.2, dxfattribs={"layer": "clay"})
-    document.saveas(folder / "new.dxf")
-    text = (folder / "new.dxf").read_text()
-    return text[text.index("  0\nSECTION\n  2\nENTITIES") :]
-
-
-FILES: dict[str, tuple[str, Callable[[str], Any]]] = {
-    "outline.geojson": (json.dumps(GEOJSON), lambda f: body_of(Outline(file=f, scale=1.0))),
-    "surface.stl": (stl(), lambda f: body_of(Stl(file=f, scale=1.0))),
-    "two.msh": (MESH_2, lambda f: body_of(Mesh(file=f))),
-    "four.msh": (MESH_4, lambda f: body_of(Mesh(file=f))),
-    "section.csv": ("x,z\n0,2\n1,1.5\n2,3\n", lambda f: body_of(terrain(f))),
-    "grid.csv": ("x,y,z\n0,0,2\n0,2,2\n2,0,3\n2,2,1\n", lambda f: body_of(terrain(f, 3))),
-    "survey.csv": (
-        "x,y,z\n-1,-1,2\n-1,3,2\n3,-1,3\n3,3,1\n1,1,2\n",
-        lambda f: body_of(terrain(f, 3, places="scattered")),
-    ),
-    "grid.asc": (
-        "ncols 3\nnrows 3\nxllcenter -1\nyllcenter -1\ncellsize 2\nNODATA_value -9999\n"
-        "2 2 3\n2 3 2\n3 2 2\n",
-        lambda f: body_of(terrain(f, 3)),
-    ),
+READERS: dict[str, Callable[[str], Any]] = {
+    "outline.geojson": lambda f: body_of(Outline(file=f, scale=1.0)),
+    "drawing.dxf": lambda f: body_of(Outline(file=f, scale=1.0)),
+    "surface.stl": lambda f: body_of(Stl(file=f, scale=1.0)),
+    "two.msh": lambda f: body_of(Mesh(file=f)),
+    "four.msh": lambda f: body_of(Mesh(file=f)),
+    "section.csv": lambda f: body_of(terrain(f)),
+    "grid.csv": lambda f: body_of(terrain(f, 3)),
+    "survey.csv": lambda f: body_of(terrain(f, 3, places="scattered")),
+    "grid.asc": lambda f: body_of(terrain(f, 3)),
 }
 
 
@@ -146,12 +58,10 @@ def written(folder: Path, name: str, content: bytes) -> str:
     return str(folder / name)
 
 
-@pytest.fixture(params=[*FILES, "drawing.dxf"])
-def kind(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[str, str, Callable[[str], Any]]:
+@pytest.fixture(params=FILES)
+def kind(request: pytest.FixtureRequest) -> tuple[str, str, Callable[[str], Any]]:
     """Name of a file, its correct content, and what reads it."""
-    if request.param in FILES:
-        return (request.param, *FILES[request.param])
-    return request.param, dxf(tmp_path), lambda f: body_of(Outline(file=f, scale=1.0))
+    return request.param, FILES[request.param], READERS[request.param]
 
 
 Kind = tuple[str, str, Callable[[str], Any]]
@@ -200,7 +110,7 @@ def test_a_damaged_file_is_read_or_refused(kind: Kind, tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", ["two.msh", "four.msh"])
 def test_a_mesh_that_says_it_is_huge(name: str, tmp_path: Path) -> None:
     """More memory would not help, so that is not asked for."""
-    text, read = FILES[name]
+    text, read = FILES[name], READERS[name]
     sizes = {"two.msh": ("Nodes\n4\n", "Nodes\n{}\n"), "four.msh": ("\n1 4 1 4\n", "\n1 {} 1 4\n")}
     for count in (10**9, 10**14):
         old, new = sizes[name]

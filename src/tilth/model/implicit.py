@@ -15,6 +15,7 @@ from tilth.model.contact import Contact
 from tilth.model.fields import (
     Angle,
     Axis,
+    CellName,
     Direction,
     Displacement,
     Name,
@@ -59,7 +60,7 @@ class ImplicitBoundary(Declared):
     """
 
     type: Literal["implicit"] = "implicit"
-    name: Name
+    name: CellName
     """Name of the boundary, unique."""
     geometry: Geometry
     """Its position at time 0, and the side of the soil."""

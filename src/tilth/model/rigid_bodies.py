@@ -17,7 +17,7 @@ from tilth.model.fields import (
     AngularVelocity,
     AsTuple,
     Axis,
-    Name,
+    CellName,
     NumberOrTable,
     NumberOrTablePerAxis,
     Positive,
@@ -51,7 +51,7 @@ class RigidBody(Declared):
     component.
     """
 
-    name: Name
+    name: CellName
     """Name of the body, unique, also among boundaries."""
     geometry: Geometry | None = None
     """Its shape at time 0, and the side of the soil."""

@@ -41,6 +41,8 @@ OUTPUT = "output.txt"
 """Of a sample: case, folder of the run, what came out of it, and what was printed, if anything."""
 
 _TABLES = (TABLE, STATISTICS, PAGE, PICTURE)
+_FORMULA = re.compile("(^|;)([\\s\"']*[=+\\-@\uff1d\uff0b\uff0d\uff20])")
+"""The last four are the wide forms of the same signs."""
 _SAMPLE = re.compile(r"[0-9]{4,}")
 
 
@@ -168,7 +170,8 @@ def write_table(
         found = taken.get(sample.number)
         none = [""] * (len(headings) - len(values))
         outcomes = none if found is None else [_cell(o) for o in found.outcomes]
-        state = ["waiting", ""] if found is None else [found.status, found.reason]
+        reason = "" if found is None else _never_a_formula(found.reason)
+        state = ["waiting", ""] if found is None else [found.status, reason]
         table.writerow([sample.number, *values, *outcomes, *state])
     with writing(path, AGAIN):
         write_durably(path, text.getvalue().encode())
@@ -179,7 +182,15 @@ def _cell(value: Any) -> str:
         return ""
     if isinstance(value, float):
         return repr(value)
-    return value if isinstance(value, str) else json.dumps(value)
+    return _never_a_formula(value) if isinstance(value, str) else json.dumps(value)
+
+
+def _never_a_formula(text: str) -> str:
+    """Returns a text that no spreadsheet computes: an apostrophe before = + - @ at its start.
+
+    Also after a semicolon, at which spreadsheets of some languages divide a line.
+    """
+    return _FORMULA.sub(r"\1'\2", text)
 
 
 def _record(study: Study, entries: dict[str, Any], samples: Sequence[Sample]) -> dict[str, Any]:
