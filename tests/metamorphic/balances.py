@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from metamorphic.bounds import CONTACT_ENERGY, LARGEST_GAP, LEAST_DISSIPATION, STEP_ENERGY
+from metamorphic.bounds import CONTACT_ENERGY, LARGEST_GAP, LEAST_DISSIPATION, OF_AIDS, STEP_ENERGY
 from metamorphic.models import CELL, TOLERANCE
 from metamorphic.runs import Moment
 from metamorphic.subject import Subject
@@ -64,14 +64,18 @@ def _dissipation(subject: Subject) -> Iterator[str]:
 def _energy(subject: Subject) -> Iterator[str]:
     """Work is stored or dissipated, but for the error of the trapezoidal rule.
 
-    It is of the order of the strain of a step, where soil yields or comes into contact of the work.
+    It is of the order of the strain of a step, where soil yields, radiates or comes into contact of
+    the work.
     """
     run = subject.run
     last = run.moments[-1].energies
     size = max(abs(energy) for m in run.moments for energy in m.energies.values())
     error = abs(last["numerical_dissipation"] - last["time_integration"])
     strain = max(float(np.abs(m.displacement).max()) for m in run.moments) / run.cell
-    share = CONTACT_ENERGY if subject.choice["contact"] != "none" else STEP_ENERGY * strain
-    bound = share * size + sum(abs(last[name]) for name in LOST) + TOLERANCE * size
+    share = (
+        CONTACT_ENERGY if subject.choice["contact"] != "none" else STEP_ENERGY * strain + OF_AIDS
+    )
+    gone = sum(abs(last[name]) for name in (*LOST, "radiation"))
+    bound = share * size + gone + TOLERANCE * size
     if error > bound:
         yield f"energy {error / size:.1e} of {size:.1e} is not found, at most {bound / size:.1e}"
