@@ -231,11 +231,15 @@ WRONG: dict[str, tuple[str, tuple[str, str]]] = {
     ),
     "a key of many parts": (
         "schedule: has more than 20 levels",
-        ("steps = 2", f"steps = 2\n{'.'.join('a' * 300)} = 1"),
+        ("steps = 2", f"steps = 2\n{'.'.join('a' * 90)} = 1"),
     ),
     "a key for a number": (
         "schedule: has more than 20 levels",
-        ("steps = 2", f"steps = 2\nend.{'.'.join('a' * 300)} = 1"),
+        ("steps = 2", f"steps = 2\nend.{'.'.join('a' * 90)} = 1"),
+    ),
+    "a key of very many parts": (
+        "has a key of more than 100 parts, in about line 40",
+        ("steps = 2", f"steps = 2\n{'.'.join('a' * 300)} = 1"),
     ),
     "a NUL byte": ("not valid TOML", ("at = [0.5, 4]", "at = \0[0.5, 4]")),
     "a NUL byte in a path": (
