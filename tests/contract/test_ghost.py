@@ -299,6 +299,36 @@ def test_the_stored_force_decays_by_the_motion_in_cells(kind: str, spacing: str)
         assert number == len(ghost.face) > 0
 
 
+def test_conditions_of_equally_filled_cells_count_on_both_sides() -> None:
+    """The penalty beside a roller on the left is the mirror image of that beside one on the right.
+
+    The uppermost cells of the row are filled alike, but for round-off.
+    """
+    simulation, active = block("plane_strain", "cpdi1", 0.0)
+    simulation.points.position[:, 1] -= 0.3
+    active = locate(simulation.points, simulation.grid, Buffers())
+    soil, x = simulation.soil_on(active), active.position[:, 0]
+    image = np.array([
+        np.flatnonzero(np.all(np.isclose(active.position, [2.0 - at[0], at[1]]), axis=1))[0]
+        for at in active.position
+    ])  # fmt: skip
+    found = []
+    for side in (0.0, 2.0):
+        constrained = np.zeros((active.nodes, 2), dtype=bool)
+        constrained[x == side, 0] = True
+        faces = ghost_faces(soil, constrained, GAMMA)
+        balance = Balance(active, [LinearForces([each.coupling() for each in faces])])
+        size = 2 * active.nodes
+        matrix = sp.bsr_matrix(
+            (blocks_of(balance), balance.active.column, balance.active.row_start), (size, size)
+        )
+        found.append(matrix.toarray().reshape(active.nodes, 2, active.nodes, 2))
+    left, right = found
+    turned = right[image][:, :, image] * np.outer([-1.0, 1.0], [-1.0, 1.0])[:, None]
+    assert left.any()
+    np.testing.assert_allclose(turned, left, rtol=0.0, atol=1e-12 * left.max())
+
+
 @every_kind
 @pytest.mark.parametrize("basis", ["linear", "gimp", "cpdi2"])
 def test_full_cells_of_a_graded_grid_have_none(kind: str, basis: str) -> None:

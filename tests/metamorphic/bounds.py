@@ -12,10 +12,6 @@ DIFFERENCE = 1e-6
 """Largest relative difference of two copies that differ by round-off: the tolerance of Newton's
 iteration, 1e-11, times the greatest condition number with ghost stabilisation of less than 1e5."""
 
-ON_LINES = 1e-3
-"""The same where soil ends on grid lines: by round-off a sliver of it is beyond them, and the nodes
-there are coupled by ghost stabilisation."""
-
 OF_PATCHES = {2: 0.25, 3: 1.0}
 """The same where the patches of boundaries are others, by the number of directions: a cell over
 the least extent of the surfaces that hold the soil, in the plane its width, in space its depth."""
@@ -66,7 +62,7 @@ def of_patches(subject: Subject) -> float:
     Motion with inertia keeps the differences of all steps.
     """
     if not has_patches(subject):
-        return ON_LINES if ends_on_lines(subject) else DIFFERENCE
+        return DIFFERENCE
     steps = len(subject.run.moments) if "inertia" in subject.entries["analysis"] else 1
     return OF_PATCHES[subject.dim] * steps
 

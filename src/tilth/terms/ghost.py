@@ -45,6 +45,8 @@ from tilth.terms.linear import EqualElements
 
 FILL_WITHOUT_PENALTY = 0.5
 """Filled fraction of a cell from which on it is not stabilised."""
+EQUALLY_FILLED = 1e-9
+"""Difference of the filled fractions of two cells below which neither is the emptier one."""
 LEAST_ELASTIC_SHARE = 1e-3
 """Least fraction of Young's modulus in plastic flow, so that partly filled cells stay stiff."""
 LEAST_MODULUS_OVER_STRESS = 2.0
@@ -199,9 +201,10 @@ def ghost_faces(
 ) -> list[Faces]:
     """Returns all faces of partly filled cells at the edges of bodies, by the axis of the normal.
 
-    Where a node of the emptier cell that is not on the face has a constrained component, this
-    component of the jump at its corner of the face is omitted: the node needs no support, and the
-    penalty would connect the soil to the boundary. The other corners are not affected.
+    Where a node of the emptier cell, or of any of two that are equally filled, that is not on the
+    face has a constrained component, this component of the jump at its corner of the face is
+    omitted: the node needs no support, and the penalty would connect the soil to the boundary. The
+    other corners are not affected.
 
     gamma: dimensionless factor of the penalty; no penalty for 0.
     constrained: prescribed components, shape (nodes, dim).
@@ -244,7 +247,9 @@ def ghost_faces(
         coupled = np.broadcast_to(((exterior_ends @ line) > 0.0)[..., None], (*node.shape, dim))
         # their penalty replaces that of partly filled cells near the boundary
         weak = np.maximum(emptiness[cell], emptiness[other]) * (1.0 - np.minimum(at_boundary, 1.0))
-        far = offset[:, axis] == np.where(fill[cell] < fill[other], 0, 2)[:, None]
+        fuller = (fill[cell] - fill[other])[:, None]
+        far = (offset[:, axis] == 0) & (fuller < EQUALLY_FILLED)
+        far |= (offset[:, axis] == 2) & (fuller > -EQUALLY_FILLED)
         softness = fill[cell] / modulus[cell] + fill[other] / modulus[other]
         mean_modulus = (fill[cell] + fill[other]) / np.maximum(softness, 1e-300)
         if soil.kind == "axisymmetric":
