@@ -38,8 +38,8 @@ class StrengthReduction(Declared):
     """Greatest difference of the two factors between which the factor of safety lies [-], at least
     1e-4; what is undecided leaves a greater one."""
     start: Positive = 1.0
-    """Factor that is tried first [-]; smaller ones follow if it has no equilibrium. At 1 the soil is
-    as the run left it: only a collapse leads below."""
+    """Factor that is tried first [-]; smaller ones follow if it has no equilibrium. At 1 the soil
+    is as the run left it: only a collapse leads below."""
     first_step: Positive = 0.1
     """First increase of the factor [-]; it is doubled while there is equilibrium, and halved where
     there is none."""
