@@ -19,7 +19,7 @@ from tilth.analysis.step import Equilibrium
 from tilth.arrays import Floats
 from tilth.comm import SERIAL
 from tilth.errors import StepFailed
-from tilth.mpm.grid import Grid
+from tilth.mpm.grid import ActiveGrid, Grid
 from tilth.mpm.points import MaterialPoints
 from tilth.solvers.bordered_system import equilibrated
 from tilth.solvers.protocol import Matrix
@@ -87,6 +87,23 @@ def test_it_gives_up_where_even_the_shortest_steps_fail() -> None:
 
     assert not list(creep(failing, slider.drag, NEWTON, np.zeros((1, 1)), None))
     assert LEAST_SIZE <= min(sizes) < 4.0 * LEAST_SIZE
+
+
+def test_the_drag_has_the_stiffness_of_its_force() -> None:
+    """And neither once its pseudo-step is infinite."""
+    random = np.random.default_rng(1)
+    stiffness, before, u, along = 1.0 + random.random(3), *random.normal(size=(3, 3, 2))
+    drag = Drag(stiffness, before, size=0.25)
+    term = drag.assembled(cast(ActiveGrid, SimpleNamespace(diagonal=np.arange(3))), [])
+    blocks = np.zeros((3, 2, 2))
+    term.add_stiffness(u, blocks)
+    difference = term.force(u + along) - term.force(u)
+    np.testing.assert_allclose(np.einsum("nij,nj->ni", blocks, along), difference, rtol=1e-12)
+    np.testing.assert_allclose(term.force(u), 4.0 * stiffness[:, None] * (u - before), rtol=1e-12)
+    drag.size = math.inf
+    term.add_stiffness(u, (none := np.zeros((3, 2, 2))))
+    assert not term.force(u).any()
+    assert not none.any()
 
 
 def soil(cells: list[tuple[int, int]], volume: Floats | None = None) -> MaterialPoints:
