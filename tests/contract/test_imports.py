@@ -32,6 +32,7 @@ ROOMS = [
     "grid_lines input_files",
     "mpi",
     "comm",
+    "input_files",
     "arrays environment errors interrupt memory_errors timers",
     "_core __init__",
 ]
