@@ -427,11 +427,8 @@ class Recorder:
         self.simulation.run_warnings.collect(self.simulation.comm)
 
     def _say_warnings(self) -> None:
-        if not self._writes:
-            self.simulation.warnings.clear()
-            return
         said = {without_stage(text) for text in self.log.warnings}
-        for text in self.simulation.warnings:
+        for text in self.simulation.warnings if self._writes else []:
             if self.analysis.number > 0 and without_stage(text) in said:
                 continue  # in an earlier stage
             self.log.warning(text)
@@ -487,13 +484,7 @@ class Recorder:
             "version": __version__,
             "format": CHECKPOINT_FORMAT,
             "stage": self.analysis.number,
-            "clock": {
-                "step": clock.step,
-                "time": clock.time,
-                "size": clock.size,
-                "successes": clock.successes,
-                "relaxing": clock.relaxing,
-            },
+            "clock": clock.state(),
             "energies": asdict(self.energies),
             "model": self._model_checksum,
             **({} if self._next_checksum is None else {"next_model": self._next_checksum}),
