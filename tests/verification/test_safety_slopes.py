@@ -65,6 +65,20 @@ def test_factors_are_between_davis_and_spencer(
         assert LOW * davis <= result.factor <= HIGH * spencer
 
 
+@pytest.mark.slow
+def test_sand_that_newtons_method_does_not_solve() -> None:
+    """Single points at its surface creep; the run's own state is found again all the same.
+
+    This slope once had the factor 0.79, of a failed solution.
+    """
+    davis, spencer = 2.132, 2.261
+    result = reduced(SafetySlope(3.0, 0.0, 37.0, 0.0), COARSE, tolerance=0.02)
+    assert result.trials[0].in_equilibrium
+    assert any(trial.crept and trial.in_equilibrium for trial in result.trials)
+    assert result.is_decided
+    assert LOW * davis <= result.factor <= HIGH * spencer
+
+
 @pytest.mark.long
 @pytest.mark.parametrize(("slope", "cell_size", "bounds"), SLOPES)
 def test_the_bounds(slope: SafetySlope, cell_size: float, bounds: tuple[float, float]) -> None:
