@@ -26,8 +26,11 @@ MOST_BYTES = 4_000_000
 """Size of a case file [bytes], at most; reading TOML takes a second per megabyte."""
 
 
-MOST_PARTS = 100
-"""Parts of a key, with points between them, at most."""
+MANY_PARTS = 10
+"""Parts of a key, with points between them, that no case file needs."""
+
+MOST_WORK = 1_000_000
+"""Squares of the parts of all such keys, at most: the parser takes as long as that."""
 
 _TEXTS = re.compile(
     r'"""(?:\\.|[^\\])*?(?:"""|\Z)'
@@ -36,9 +39,9 @@ _TEXTS = re.compile(
     r"|'[^'\n]*'?|#[^\n]*",
     re.DOTALL,
 )
-_LONG_KEY = re.compile(rf"(?<![\w-])(?:[\w-]+[ \t]*\.[ \t]*){{{MOST_PARTS}}}")
-"""Texts and comments in TOML, also those without an end; a key of too many parts where each text is
-one letter. Neither takes longer than in proportion to the file."""
+_LONG_KEY = re.compile(rf"(?<![\w-])(?:[\w-]+[ \t]*\.[ \t]*){{{MANY_PARTS},}}")
+"""Texts and comments in TOML, also those without an end; a key of many parts where each text is one
+letter. Neither takes longer than in proportion to the file."""
 
 _PLAIN = ("file", "folder", "library")
 """Keys whose value is a path alone."""
@@ -178,14 +181,15 @@ def _parsed(text: str) -> dict[str, Any]:
 
 
 def _require_short_keys(text: str) -> None:
-    """Refuses a key of very many parts, which takes the parser the square of their number."""
-    if not any(line.count(".") >= MOST_PARTS for line in text.splitlines()):
+    """Refuses keys of so many parts that parsing takes long: as the square of their number."""
+    if not any(line.count(".") >= MANY_PARTS for line in text.splitlines()):
         return
     plain = _TEXTS.sub("q", text)  # what is quoted may have points, and is one part as a key
-    if found := _LONG_KEY.search(plain):
-        number = plain.count("\n", 0, found.start()) + 1
+    found = list(_LONG_KEY.finditer(plain))
+    if sum(each[0].count(".") ** 2 for each in found) > MOST_WORK:
+        number = plain.count("\n", 0, found[0].start()) + 1
         raise BadInput(
-            f"has a key of more than {MOST_PARTS} parts, in about line {number}",
+            f"has keys of too many parts, the first one in about line {number}",
             "a case file needs six levels at most",
         )
 
