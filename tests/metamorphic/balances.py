@@ -7,8 +7,14 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from metamorphic.bounds import CONTACT_ENERGY, LARGEST_GAP, LEAST_DISSIPATION, OF_AIDS, STEP_ENERGY
-from metamorphic.models import CELL, TOLERANCE
+from metamorphic.bounds import (
+    CONTACT_ENERGY,
+    LARGEST_GAP,
+    LEAST_DISSIPATION,
+    LEAST_FRICTION,
+    OF_AIDS,
+    STEP_ENERGY,
+)from metamorphic.models import CELL, TOLERANCE
 from metamorphic.runs import Moment
 from metamorphic.subject import Subject
 
@@ -54,7 +60,8 @@ def _dissipation(subject: Subject) -> Iterator[str]:
         most = max(abs(energy) for energy in moment.energies.values())
         for name in LOST:
             gain = moment.energies[name] - before[name]
-            if gain < -LEAST_DISSIPATION * most and (
+            least = LEAST_FRICTION if name == "friction_dissipation" else LEAST_DISSIPATION
+            if gain < -least * most and (
                 name != "plastic_dissipation" or subject.choice["stages"] not in CHANGES_ENERGY
             ):
                 yield f"{name} {gain / most:.1e} of the energy at time {moment.time:g}"

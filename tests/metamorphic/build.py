@@ -48,7 +48,7 @@ def entries_of(choice: Choice, seed: str) -> Tree:
 
 def _analysis(ground: Ground) -> Tree:
     analysis = {
-        "kind": ground.kind, "tolerance": TOLERANCE, "maximum_iterations": 25,
+        "kind": ground.kind, "tolerance": TOLERANCE, "maximum_iterations": 15,
         "solver": ground.choice["solver"],
     }  # fmt: skip
     inertia = INERTIA.get(ground.choice["inertia"])

@@ -63,7 +63,7 @@ class Ground:
         self.axes = AXES[: self.dim]
         self.up = AXES[self.dim - 1]
         self.contact = CONTACTS.get(choice["contact"])
-        self.steps = random.choice((1, 2))
+        self.steps = 1 if self.dim == 3 else random.choice((1, 2))
         self.dynamic = not self.has("inertia", "none")
         self.end = 0.2 if self.dynamic else 1.0
         self.constant = [[0.0, 1.0], [self.end, 1.0]]

@@ -13,7 +13,10 @@ def add_stages(ground: Ground, entries: Tree) -> None:
         return
     schedule = entries.pop("schedule")
     first: Tree = {"name": "first", "schedule": dict(schedule)}
-    second: Tree = {"name": "second", "schedule": {**schedule, "steps": 2}}
+    second: Tree = {
+        "name": "second",
+        "schedule": {**schedule, "steps": 1 if ground.dim == 3 else 2},
+    }
     entries["stages"] = [first, second]
     left = ground.width - CELL
     if kind == "loads":
