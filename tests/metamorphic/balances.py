@@ -14,7 +14,8 @@ from metamorphic.bounds import (
     LEAST_FRICTION,
     OF_AIDS,
     STEP_ENERGY,
-)from metamorphic.models import CELL, TOLERANCE
+)
+from metamorphic.models import CELL, TOLERANCE
 from metamorphic.runs import Moment
 from metamorphic.subject import Subject
 
