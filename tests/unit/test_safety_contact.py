@@ -111,3 +111,16 @@ def test_the_state_does_not_change(loaded: Simulation, result: SafetyResult) -> 
     after = loaded.arrays()
     for name, each in before.items():
         np.testing.assert_array_equal(after[name], each, err_msg=name)
+
+
+def test_an_interrupt_leaves_the_state_as_it_was(loaded: Simulation) -> None:
+    before = {name: each.copy() for name, each in loaded.arrays().items()}
+
+    def interrupt(iteration: int, residual: float) -> None:
+        if iteration == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        strength_reduction(loaded, 1.0, on_iteration=interrupt)
+    for name, each in loaded.arrays().items():
+        np.testing.assert_array_equal(each, before[name], err_msg=name)
