@@ -201,10 +201,10 @@ def ghost_faces(
 ) -> list[Faces]:
     """Returns all faces of partly filled cells at the edges of bodies, by the axis of the normal.
 
-    Where a node of the emptier cell, or of any of two that are equally filled, that is not on the
-    face has a constrained component, this component of the jump at its corner of the face is
-    omitted: the node needs no support, and the penalty would connect the soil to the boundary. The
-    other corners are not affected.
+    Where a node of the emptier cell that is not on the face has a constrained component, this
+    component of the jump at its corner of the face is omitted: the node needs no support, and the
+    penalty would connect the soil to the boundary. The other corners are not affected. Of cells
+    that are filled alike the nodes of both must have it.
 
     gamma: dimensionless factor of the penalty; no penalty for 0.
     constrained: prescribed components, shape (nodes, dim).
@@ -248,8 +248,10 @@ def ghost_faces(
         # their penalty replaces that of partly filled cells near the boundary
         weak = np.maximum(emptiness[cell], emptiness[other]) * (1.0 - np.minimum(at_boundary, 1.0))
         fuller = (fill[cell] - fill[other])[:, None]
-        far = (offset[:, axis] == 0) & (fuller < EQUALLY_FILLED)
-        far |= (offset[:, axis] == 2) & (fuller > -EQUALLY_FILLED)
+        far = tuple(  # nodes of the emptier cell; of one and of the other if there is none
+            offset[:, axis] == np.where(fuller < difference, 0, 2)
+            for difference in (-EQUALLY_FILLED, EQUALLY_FILLED)
+        )
         softness = fill[cell] / modulus[cell] + fill[other] / modulus[other]
         mean_modulus = (fill[cell] + fill[other]) / np.maximum(softness, 1e-300)
         if soil.kind == "axisymmetric":
@@ -257,14 +259,17 @@ def ghost_faces(
             area = area * (2.0 * np.pi * radius)
         kinds = (
             (weak, gamma, far, None),
-            (stiff, EXTERIOR_STIFFNESS, end & (exterior_ends > 0.0), coupled),
+            (stiff, EXTERIOR_STIFFNESS, (end & (exterior_ends > 0.0),), coupled),
         )
         for weight, greatest, ends, only in kinds:
             some = np.flatnonzero(weight > 0.0)
             if len(some) == 0:
                 continue
-            omitted = constrained[node[some]] & ends[some][..., None]  # (faces, nodes, dim)
-            free = ~(line @ omitted) if omitted.any() else np.ones(omitted.shape, dtype=bool)
+            held = constrained[node[some]]  # (faces, nodes, dim)
+            free = np.ones(held.shape, dtype=bool)
+            if held.any():
+                omitted = [line @ (held & each[some][..., None]) for each in ends]
+                free = ~np.logical_and.reduce(omitted)
             if only is not None:
                 free &= only[some]
             faces.append(
