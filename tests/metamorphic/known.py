@@ -29,10 +29,6 @@ class KnownFault:
 
 KNOWN = (
     KnownFault(
-        "with another grid in a stage the pressure between two bodies is far too high at first",
-        values=(("stages", ("grid",)), ("second_body", ("pair",))),
-    ),
-    KnownFault(
         "the fields of unpaired bodies follow their order; the message says how to list them",
         "they would pass through eac",
         (("relation", ("order",)),),
