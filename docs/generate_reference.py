@@ -146,7 +146,7 @@ without running it.
 * The soil and the grid's nodes with a condition are within 500,000 cells of `grid.origin`.
   Coordinates are at most 1e9 times the cell size, where their round-off is 1e-7 of a cell.
   Bodies, circles, boxes and footings are at least 1e-6 of a cell in size, and an implicit boundary
-  passes through at most 1,000,000 cells (a spline through 2,000). There are at most 1,000 material
+  passes through at most 1,000,000 cells (a spline through 2,000). There are at most 200 material
   points per cell and direction. A cell's edges differ by at most 10,000 times, and so do those of
   all cells of a graded grid; "a cell" above is then the smallest. Between the first and the last
   place of an axis there are at most 100,000 cells.

@@ -74,6 +74,10 @@ FUNCTION = {"type": "function", "function": "shape.py:distance"}
 
 
 STL = {"type": "stl", "file": "blade.stl", "soil": "outside"}
+TERRAIN = {
+    "type": "terrain", "surface": [[-1.5, 0.1], [0.2, 0.4], [1.5, -0.2]], "lower": [-1.5],
+    "upper": [1.5], "soil": "above",
+}  # fmt: skip
 
 
 MESH = {"type": "mesh", "file": "wall.msh", "group": "wall", "soil": "right"}

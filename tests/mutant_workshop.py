@@ -164,11 +164,11 @@ class Workshop:
 
     def _install(self, tree: Path) -> None:
         """Copies the core that was built last to a copy of the sources, if it is another one."""
-        (built,) = self._core.glob("_core*.so")
-        place = tree / "src" / "tilth" / built.name
-        if not place.exists() or place.read_bytes() != built.read_bytes():
-            shutil.copy2(built, part := place.with_name("core.part"))
-            part.replace(place)
+        for built in [*self._core.glob("_core*.so"), self._core / "_abaqus.so"]:
+            place = tree / "src" / "tilth" / built.name
+            if not place.exists() or place.read_bytes() != built.read_bytes():
+                shutil.copy2(built, part := place.with_name("core.part"))
+                part.replace(place)
 
 
 def _missing(program: str) -> str:

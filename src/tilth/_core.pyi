@@ -401,3 +401,19 @@ def two_inner(a: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu',
 
 def combine(a: float, x: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], b: float, y: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """Replaces y by a x + b y."""
+
+class UserCode:
+    """
+    Context of code of the user. If it ends the process, this is said with the name; the working folder is that of before at the end.
+    """
+
+    def __init__(self, name: str) -> None: ...
+
+    def __enter__(self) -> None: ...
+
+    def __exit__(self, *args: object) -> None: ...
+
+def set_user_code_note(kept: str = '', file: int = -1) -> None:
+    """
+    Sets what is said of the results when code of the user ends the process, and a file that gets a line, -1 for none.
+    """

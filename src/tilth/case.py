@@ -3,12 +3,15 @@
 
 from __future__ import annotations
 
+import os
+import re
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from tilth.errors import BadInput, Problem
+from tilth.input_files import absolute, require_file, why_no_file, why_no_folder
 from tilth.model import ElementCase, FunctionOutcome, Model, Study
 from tilth.model.model import FORMAT
 from tilth.model.problems import dotted
@@ -22,6 +25,23 @@ else:
 MOST_BYTES = 4_000_000
 """Size of a case file [bytes], at most; reading TOML takes a second per megabyte."""
 
+
+MANY_PARTS = 10
+"""Parts of a key, with points between them, that no case file needs."""
+
+MOST_WORK = 1_000_000
+"""Squares of the parts of all such keys, at most: the parser takes as long as that."""
+
+_TEXTS = re.compile(
+    r'"""(?:\\.|[^\\])*?(?:"""|\Z)'
+    r"|'''.*?(?:'''|\Z)"
+    r'|"(?:\\.|[^"\\\n])*"?'
+    r"|'[^'\n]*'?|#[^\n]*",
+    re.DOTALL,
+)
+_LONG_KEY = re.compile(rf"(?<![\w-])(?:[\w-]+[ \t]*\.[ \t]*){{{MANY_PARTS},}}")
+"""Texts and comments in TOML, also those without an end; a key of many parts where each text is one
+letter. Neither takes longer than in proportion to the file."""
 
 _PLAIN = ("file", "folder", "library")
 """Keys whose value is a path alone."""
@@ -67,7 +87,7 @@ def named_files(entries: dict[str, Any]) -> set[str]:
     for _, table, name in _files(entries):
         if isinstance(given := table.get(name), str):
             path = given if name in _PLAIN else given.rpartition(":")[0]
-            if path and _exists(Path(path), "file"):
+            if path and not why_no_file(path):
                 named.add(path)
     return named
 
@@ -82,9 +102,9 @@ def load_study(path: str | Path) -> Study:
         if "case" not in entries:
             raise BadInput("missing", "name the case file", key="case")
         study = Study.from_dict(entries)
-        case = str((file.parent / str(study.case)).resolve())
+        case = str(absolute(file.parent / str(study.case)))
         outcomes = [
-            each.model_copy(update={"function": str((file.parent / each.function).resolve())})
+            each.model_copy(update={"function": str(absolute(file.parent / each.function))})
             if isinstance(each, FunctionOutcome)
             else each
             for each in study.outcomes
@@ -116,6 +136,7 @@ def _entries(file: Path) -> dict[str, Any]:
 
 def _text_of(file: Path) -> str:
     try:
+        require_file(file)
         with file.open("rb") as opened:
             content = opened.read(MOST_BYTES + 1)
         if len(content) > MOST_BYTES:
@@ -123,7 +144,7 @@ def _text_of(file: Path) -> str:
                 f"is larger than {MOST_BYTES // 1_000_000} MB, too large for a case file",
                 "give large geometries as a mesh, an STL file or a function in a file of their own",
             )
-        return content.decode("utf-8")
+        return content.decode("utf-8-sig")  # Windows editors put a mark at the start
     except FileNotFoundError:
         others = sorted(other.name for other in file.parent.glob("*.toml"))
         found = f"case files in this folder: {', '.join(others)}" if others else "check the path"
@@ -143,6 +164,7 @@ def _text_of(file: Path) -> str:
 
 
 def _parsed(text: str) -> dict[str, Any]:
+    _require_short_keys(text)
     try:
         return tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -156,6 +178,20 @@ def _parsed(text: str) -> dict[str, Any]:
         ) from None
     except ValueError as error:  # what Python, not TOML, cannot read, such as too long a number
         raise BadInput(f"has a value that cannot be read: {error}", "check the numbers") from None
+
+
+def _require_short_keys(text: str) -> None:
+    """Refuses keys of so many parts that parsing takes long: as the square of their number."""
+    if not any(line.count(".") >= MANY_PARTS for line in text.splitlines()):
+        return
+    plain = _TEXTS.sub("q", text)  # what is quoted may have points, and is one part as a key
+    found = list(_LONG_KEY.finditer(plain))
+    if sum(each[0].count(".") ** 2 for each in found) > MOST_WORK:
+        number = plain.count("\n", 0, found[0].start()) + 1
+        raise BadInput(
+            f"has keys of too many parts, the first one in about line {number}",
+            "a case file needs six levels at most",
+        )
 
 
 def _check_format(entries: dict[str, Any]) -> None:
@@ -185,21 +221,13 @@ def _resolve_files(entries: dict[str, Any], folder: Path) -> None:
             what = "is not the path of a file"
             problems.append(Problem(f"{key}.{name}", what, "name a file", given))
             continue
-        file = (folder / path).resolve()
-        if not _exists(file, name):
-            kind = "folder" if name == "folder" else "file"
-            remedy = f"the path is relative to the case file: {file} does not exist"
-            problems.append(Problem(f"{key}.{name}", f"there is no such {kind}", remedy, given))
+        file = absolute(folder / path)
+        if reason := (why_no_folder if name == "folder" else why_no_file)(file):
+            remedy = f"the path is relative to the case file: {os.path.abspath(folder / path)}"
+            problems.append(Problem(f"{key}.{name}", reason, remedy, given))
         table[name] = f"{file}:{function}" if function else str(file)
     if problems:
         raise BadInput.of(problems)
-
-
-def _exists(file: Path, key: str) -> bool:
-    try:
-        return file.is_dir() if key == "folder" else file.is_file()
-    except OSError:  # a name that is too long for the file system
-        return False
 
 
 def _files(entries: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any], str]]:

@@ -4,11 +4,13 @@
 from __future__ import annotations
 
 import importlib
+import logging
 import os
 import platform
 import sys
 import tempfile
 import traceback
+import warnings
 from collections.abc import Sequence
 from contextlib import suppress
 from typing import TextIO
@@ -16,7 +18,7 @@ from typing import TextIO
 import click
 
 from tilth import __version__
-from tilth.environment import set_environment, several_processes
+from tilth.environment import USER_MODULE, set_environment, several_processes
 from tilth.errors import (
     EXIT_ANALYSIS_FAILED,
     EXIT_BAD_INPUT,
@@ -123,7 +125,8 @@ def _unforeseen(error: Exception, arguments: Sequence[str]) -> int:
 
     if isinstance(error, OSError) and is_of_the_disk(error):
         file = f"{error.filename}" if error.filename else "a file"
-        _say_error(f"{file} cannot be written: {reason_of(error)}")
+        what = f"{file} cannot be written: {reason_of(error)}"
+        _say_error(f"{what}\n  put this right, then start the command again")
         return EXIT_ANALYSIS_FAILED
     if is_memory_error(error):
         _say_error(f"{memory_sentence(error)}\n  {REMEDY}")
@@ -168,6 +171,8 @@ def _bug_report(error: Exception, arguments: Sequence[str]) -> str:
 
 def main() -> None:
     """Entry point of the `tilth` command."""
+    open_closed_streams()
+    silence_libraries()
     set_environment(os.environ)
     with StopSignals():
         try:
@@ -181,6 +186,34 @@ def main() -> None:
         leave_together(code)
     _flush_or_forget(sys.stdout, sys.stderr)
     sys.exit(code)
+
+
+def open_closed_streams() -> None:
+    """Opens the null device in place of standard streams that are closed, as by `>&-`.
+
+    Else the first file that is opened gets the number of the stream, and what is printed there.
+    """
+    for number, name, mode in ((0, "stdin", "r"), (1, "stdout", "w"), (2, "stderr", "w")):
+        try:
+            os.fstat(number)
+        except OSError:
+            null = os.open(os.devnull, os.O_RDWR)
+            if null != number:
+                os.dup2(null, number)
+                os.close(null)
+            os.set_inheritable(number, True)
+            setattr(sys, name, open(number, mode, encoding="utf-8", closefd=False))  # noqa: SIM115
+
+
+def silence_libraries() -> None:
+    """Keeps warnings that libraries mean for programmers from the terminal of a user.
+
+    Those of the user's own functions are shown. `python -W` and PYTHONWARNINGS decide otherwise.
+    """
+    if not sys.warnoptions:
+        warnings.simplefilter("ignore")
+        warnings.filterwarnings("default", module=USER_MODULE)
+    logging.getLogger().addHandler(logging.NullHandler())
 
 
 def _flush_or_forget(*streams: TextIO) -> None:

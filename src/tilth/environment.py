@@ -3,11 +3,8 @@
 
 from __future__ import annotations
 
-import numbers
 import os
 from collections.abc import MutableMapping
-
-from tilth.errors import BadInput
 
 THREAD_WAIT = {"OMP_WAIT_POLICY": "passive", "GOMP_SPINCOUNT": "10000"}
 """Idle threads spin for a fraction of a millisecond, then sleep. Sleeping threads leave the cores
@@ -35,18 +32,8 @@ def available_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def count_of(key: str, given: int | None, default: int) -> int:
-    """Returns how many threads or processes a function of the user's uses: `default` if None.
-
-    Raises:
-        BadInput: the number is no whole number from 1 on.
-    """
-    if given is None:
-        return default
-    if isinstance(given, bool) or not isinstance(given, numbers.Integral) or given < 1:
-        remedy = f"leave it out for {default}, or give 1 for one"
-        raise BadInput("must be a whole number of at least 1", remedy, key=key, value=given)
-    return int(given)
+USER_MODULE = "tilth_user_"
+"""At the start of the names of the modules that the user's Python files become."""
 
 
 SIZES = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_SIZE", "MPI_LOCALNRANKS")

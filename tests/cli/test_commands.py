@@ -357,7 +357,8 @@ def test_a_full_disk_is_no_bug(tilth: Tilth, case: Case, analysis: Any) -> None:
         (OSError(errno.EROFS, "x", "a/b"), "a/b cannot be written: the disk is read-only\n"),
     ):
         analysis.fails = error
-        assert tilth("run", file) == Outcome(1, "", text)
+        remedy = "  put this right, then start the command again\n"
+        assert tilth("run", file) == Outcome(1, "", text + remedy)
     analysis.fails = OSError(errno.EBADF, "x")
     outcome = tilth("run", file)
     assert outcome.code == 4

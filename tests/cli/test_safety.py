@@ -3,6 +3,7 @@
 
 import csv
 import json
+import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -10,8 +11,14 @@ import numpy as np
 import pytest
 
 import tilth as library
+from tilth.analysis.safety_search import Outcome as Found
+from tilth.analysis.safety_search import Trial
+from tilth.analysis.safety_trials import Trials
+from tilth.model import SafetyOutcome
 from tilth.output import read_results
 from tilth.output.folder import FILES
+from tilth.output.safety_files import read_safety
+from tilth.studies.outcomes import value_of
 
 from .conftest import Outcome
 
@@ -168,3 +175,64 @@ shape = { type = "box", lower = [-1.0, 2.0], upper = [2.0, 5.0] }
     assert after["factor"] > 2.0 * before["factor"]
     state = read_results(tmp_path / "column" / "safety.vtkhdf").snapshot(-1)
     assert len(state.position) < 2 * 4 * 8
+
+
+def undecided(monkeypatch: pytest.MonkeyPatch, least: float, collapse: float) -> None:
+    """Makes trials undecided from a factor on, and a collapse from another one on."""
+    at = Trials.at
+
+    def instead(trials: Trials, factor: float, pursues: bool) -> Trial:
+        if factor < least:
+            return at(trials, factor, pursues)
+        if factor < collapse:
+            return Trial(factor, math.nan, 30, Found.UNDECIDED, "the soil does not come to rest")
+        return Trial(factor, 1.0, 30, Found.COLLAPSE, "a mechanism of 5 cells moves")
+
+    monkeypatch.setattr(Trials, "at", instead)
+
+
+@pytest.mark.slow
+def test_an_undecided_factor_is_no_number(
+    tilth: Tilth, case: Case, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its bracket is told, the files are written, and the exit code is 1."""
+    undecided(monkeypatch, 1.05, 1.25)
+    file, folder = case(STRONGER), tmp_path / "column"
+    done = tilth("safety", file, "--tolerance", "0.05", "--threads", "1")
+    assert done.code == 1
+    summary = read_safety(folder)
+    assert not summary.is_decided
+    assert (summary.factor, len(summary.undecided)) == (1.0, len(set(summary.undecided)))
+    assert summary.above is not None
+    assert 1.25 <= summary.above < 1.5
+    certain = f"between 1 (equilibrium) and {summary.above:.6g} (collapse)"
+    assert f"Factor of safety undecided: {certain}" in done.out
+    assert f"the factor of safety is undecided: {certain}" in done.err
+    assert f"undecided trials between them: {len(summary.undecided)}" in done.err
+    assert "Traceback" not in done.err
+    report = (folder / "report.html").read_text(encoding="utf-8")
+    assert f"Factor of safety undecided: {certain}" in report
+    assert "Mechanism: displacement" in report
+    with (folder / "safety.csv").open(encoding="utf-8") as table:
+        outcomes = {row["outcome"] for row in csv.DictReader(table)}
+    assert outcomes == {"equilibrium", "undecided", "collapse"}
+    with pytest.raises(library.BadInput, match="is undecided: between 1"):
+        value_of(SafetyOutcome(), folder)
+    undecided(monkeypatch, 1.05, math.inf)  # no collapse at all
+    assert tilth("safety", folder, "--tolerance", "0.05", "--threads", "1").code == 1
+    assert read_safety(folder).above is None
+    report = (folder / "report.html").read_text(encoding="utf-8")
+    assert "between 1 (equilibrium), no collapse found above it" in report
+
+
+@pytest.mark.slow
+def test_a_state_that_is_not_found_again_is_an_error(
+    tilth: Tilth, case: Case, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A failure at factor 1, where the run has its equilibrium, is never a factor below 1."""
+    undecided(monkeypatch, 0.0, math.inf)
+    done = tilth("safety", case(STRONGER), "--threads", "1", "--quiet")
+    assert done.code == 1
+    assert "the equilibrium at the factor 1 is not found again (the soil does not" in done.err
+    assert "no factor of safety follows" in done.err
+    assert not (tmp_path / "column" / "safety.json").exists()

@@ -246,3 +246,71 @@ def test_a_folder_with_something_else_is_refused(
     assert refused.code == 2
     assert "is not empty, and not that of a study" in refused.err
     assert [file.name for file in (tmp_path / "mine").iterdir()] == ["notes.txt"]
+
+
+RECORDS = ["", "{}", '{"study": 1}', '{"study": {}, "case": {}, "files": {}, "samples": 3}']
+
+
+@pytest.mark.parametrize("content", RECORDS)
+def test_overwrite_removes_nothing_that_is_no_study(
+    column: Path, tilth: Tilth, tmp_path: Path, content: str
+) -> None:
+    """A study.json of another program does not make a folder a study."""
+    mine = tmp_path / "mine"
+    (mine / "samples/0001").mkdir(parents=True)
+    files = [mine / "study.json", mine / "study.csv", mine / "samples/0001/sound.wav"]
+    for file in files:
+        file.write_text(content, encoding="utf-8")
+    refused = tilth("study", column, "--out", mine, "--overwrite")
+    assert (refused.code, "study.json cannot be read" in refused.err) == (2, True)
+    assert sorted(file for file in mine.rglob("*.*")) == sorted(files)
+    assert all(file.read_text(encoding="utf-8") == content for file in files)
+
+
+@pytest.mark.slow
+def test_overwrite_keeps_what_a_study_has_not_written(column: Path, tilth: Tilth) -> None:
+    text = column.read_text(encoding="utf-8").replace("samples = 3", "samples = 1")
+    column.write_text(text, encoding="utf-8")
+    assert tilth("study", column, "--quiet", "--processes", "1").code == 0
+    folder = column.with_suffix("")
+    own = [
+        folder / "samples/0001/note.txt",
+        folder / "samples/0002/case/note.txt",
+        folder / "n.txt",
+    ]
+    for file in own:
+        file.write_text("mine", encoding="utf-8")
+    column.write_text(text.replace("values = [1.0, 0.5]", "values = [1.0]"), encoding="utf-8")
+    assert tilth("study", column, "--quiet", "--processes", "1", "--overwrite").code == 0
+    assert [file.read_text(encoding="utf-8") for file in own] == ["mine"] * 3
+    assert not (folder / "samples/0002/case.toml").exists()
+    assert len(rows_of(folder)) == 1
+
+
+def test_no_cell_of_the_table_is_a_formula(column: Path, tilth: Tilth) -> None:
+    """For a spreadsheet that opens it; a reason may repeat what a user's function has said."""
+    titles = ["=1+1", "@SUM(1)", "+1", "-1", " =1", "a;=1", "a - 1", "\uff1d1", "<img src=x>"]
+    text = column.read_text(encoding="utf-8").partition("[[vary]]")[0]
+    text = text.replace("seed = 3\nsamples = 3\n", "")
+    text += f'[[vary]]\nkey = "title"\nvalues = {titles}\n'
+    text += '[[outcomes]]\ntype = "function"\nname = "rows"\nfunction = "rows.py:rows"\n'
+    column.write_text(text, encoding="utf-8")
+    rows = "def rows(folder):\n    raise ValueError('=HYPERLINK()')\n"
+    column.with_name("rows.py").write_text(rows, encoding="utf-8")
+    assert tilth("study", column, "--quiet", "--processes", "1").code == 1
+    found = [row["title"] for row in rows_of(column.with_suffix(""))]
+    assert found == [
+        "'=1+1",
+        "'@SUM(1)",
+        "'+1",
+        "'-1",
+        "' =1",
+        "a;'=1",
+        "a - 1",
+        "'\uff1d1",
+        titles[-1],
+    ]
+    for line in rows_of(column.with_suffix("")):
+        assert not line["reason"].lstrip().startswith(("=", "+", "-", "@"))
+    page = (column.with_suffix("") / "study.html").read_text(encoding="utf-8")
+    assert "<img src=x" not in page

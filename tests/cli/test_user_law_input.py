@@ -161,7 +161,7 @@ WRONG: dict[str, tuple[tuple[str, tuple[str, str] | None], list[str]]] = {
         python_class("Shape"),
         ["`update` of the law `Shape` in `laws.py` returned tangent of shape (1, 3)", "(n, 3, 3)"],
     ),
-    "no numbers": (python_class("Words"), ["returned a str as stress", "array of numbers"]),
+    "no numbers": (python_class("Words"), ["returned a str as stress", "array of real numbers"]),
     "one array": (python_class("One"), ["returned a ndarray, not four arrays", "tangent"]),
     "an unknown state variable": (
         (PYTHON, None),

@@ -29,11 +29,11 @@ ROOMS = [
     "output",
     "case",
     "model",
-    "grid_lines",
+    "grid_lines input_files",
     "mpi",
     "comm",
-    "arrays environment interrupt memory_errors timers",
-    "errors",
+    "input_files",
+    "arrays environment errors interrupt memory_errors timers",
     "_core __init__",
 ]
 """From the top down; those of one line do not import each other."""

@@ -294,7 +294,7 @@ def test_the_local_error_is_that_of_a_constant_jerk(
         np.testing.assert_allclose(still, 0.0, atol=1e-8 * h * np.abs(v).max())
         dynamics, sizes = simulation.declared_dynamics, np.full_like(error, cell)
         assert dynamics is not None
-        return error, dynamics.possible_size(balance, u, np.zeros_like(error), sizes)
+        return error, dynamics.possible_size(balance, u, np.zeros_like(error), sizes)[0]
 
     h = 0.01
     error, share = step(h)

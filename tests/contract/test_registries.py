@@ -28,6 +28,7 @@ from implicit_entries import (
     SPHERE,
     SPLINE,
     STL,
+    TERRAIN,
     WEDGE,
     boundary,
     entries,
@@ -50,7 +51,7 @@ DECLARED = {
     "plane": PLANE, "circle": CIRCLE, "cylinder": CYLINDER, "sphere": SPHERE, "polyline": POLYLINE,
     "spline": SPLINE, "box": BOX, "cuboid": CUBE, "footing": FOOTING, "slab": SLAB,
     "function": FUNCTION, "stl": STL, "plate": PLATE, "blade": BLADE, "wedge": WEDGE, "cone": CONE,
-    "mesh": MESH,
+    "mesh": MESH, "terrain": TERRAIN,
 }  # fmt: skip
 """At least one of each type, as a case file declares them."""
 

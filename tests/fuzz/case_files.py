@@ -18,6 +18,7 @@ from fuzz.fewer_lines import fewest_lines
 from fuzz.mutations import Tree, changed_bytes, changed_tree
 from fuzz.oracle import inspect_results
 from fuzz.sandbox import Job
+from fuzz.special_files import file_case
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -34,6 +35,9 @@ SMALL = (
 """Case files with less than about a second for a load step."""
 CHECK_SECONDS, RUN_SECONDS = 10.0, 30.0
 
+OF_FILES = 0.2
+"""Share of the checks of cases with a body from a damaged file."""
+
 
 @cache
 def _trees() -> dict[str, Tree]:
@@ -47,6 +51,13 @@ def case_jobs(command: str, seed: int, numbers: Iterable[int], work: Path) -> It
     """Yields `check` or `run` of changed case files, one for each number."""
     for number in numbers:
         name = f"{command}-{seed}-{number}"
+        random = Random(f"files of {name}")
+        if command == "check" and random.random() < OF_FILES:
+            job = case_job(command, name, next(iter(SMALL)), b"", work)
+            inputs = job.folder / "input"
+            (inputs / "case.toml").write_bytes(file_case(inputs, random))
+            yield job
+            continue
         example, content = changed_case(command, Random(name))
         yield case_job(command, name, example, content, work)
 

@@ -224,6 +224,8 @@ def direct_calls() -> Iterator[Call]:
     yield Call("shape_functions", [random.random((4, 2)), np.full((4, 2), 0.5)])
     yield Call("set_threads", [2])
     yield Call("set_parallel_from", [0])
+    yield Call("UserCode", ["a law"], [("__enter__", []), ("__exit__", [None, None, None])])
+    yield Call("set_user_code_note", ["", -1])
     for basis in ("linear", "gimp"):
         position, keys = 4.0 * random.random((5, 2)), np.zeros(5, dtype=np.int64)
         half = np.full((5, 2), 0.2)

@@ -142,7 +142,7 @@ def _renamed_all(tree: Tree, others: list[Tree], random: Random) -> None:
 
 
 def _nest(tree: Tree, others: list[Tree], random: Random) -> None:
-    depth = random.choice((50, 500, 5000))
+    depth = random.choice((50, 500, 5000, 100_000))
     table, key = random.choice([(t, k) for t, k in places(tree) if isinstance(t, dict)])
     kind = random.randrange(3)
     if kind == 0:
@@ -150,7 +150,7 @@ def _nest(tree: Tree, others: list[Tree], random: Random) -> None:
     elif kind == 1:
         table[key] = Literal("{a=" * depth + "1" + "}" * depth)
     else:
-        tree[Literal(".".join(["a"] * min(depth, 3000)))] = 1
+        tree[Literal(".".join(["a"] * depth))] = 1
 
 
 def _splice(tree: Tree, others: list[Tree], random: Random) -> None:

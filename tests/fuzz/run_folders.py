@@ -20,6 +20,7 @@ from small_problems import BASES, plane
 
 from fuzz.mutations import Tree, changed_bytes
 from fuzz.sandbox import Job
+from fuzz.special_files import no_file
 
 SECONDS = 30.0
 STOP = 0.5
@@ -120,8 +121,8 @@ def _damage(folder: Path, random: Random) -> str:
     kind = random.randrange(8)
     if kind == 0:
         file.unlink()
-        if random.random() < 0.3:
-            file.mkdir()
+        if random.random() < 0.6:
+            no_file(file, random)
     elif kind == 1:
         file.write_bytes(random.choice((b"", b"\n", b"3", b"[]", b"null", b"{}", b"[" * 100_000)))
     elif kind == 2:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from metamorphic.choices import DIMENSIONS, Choice
+from metamorphic.choices import Choice
 
 
 @dataclass(frozen=True)
@@ -28,10 +28,6 @@ class KnownFault:
 
 
 KNOWN = (
-    KnownFault(
-        "with another grid in a stage the pressure of contact is far too high at first",
-        values=(("stages", ("grid",)), ("contact", DIMENSIONS["contact"][1:])),
-    ),
     KnownFault(
         "energy radiated in a few steps is far too high, and falls with their number",
         "balance: energy",

@@ -217,5 +217,6 @@ def test_the_ground_under_a_fill_settles_alike_in_any_unit_of_length(length: flo
     places = np.array([[0.1, 0.1], [0.3, 0.0], [5.0, 2.0]])
     found = settlement(length * rows, length * places)
     assert found.tolist() == (length * settlement(rows, places)).tolist()
-    moved = settlement(rows + np.eye(3)[0], places + np.eye(2)[0])
+    away = np.array([4.0, 0.0, 0.0])
+    moved = settlement(rows + away, places + away[:2])
     np.testing.assert_allclose(moved, settlement(rows, places), rtol=1e-12)

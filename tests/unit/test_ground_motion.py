@@ -78,7 +78,7 @@ def test_a_wrong_record_is_refused_once(what: str, tmp_path: Path) -> None:
 
 
 def test_a_missing_record_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(BadInput, match="cannot be read: No such file"):
+    with pytest.raises(BadInput, match="cannot be read: there is no such file"):
         check(Model.from_dict(entries_of(tmp_path / "none.csv")))
     case = tmp_path / "case.toml"
     text = 'format = 1\n[[boundaries]]\nacceleration = { file = "none.csv" }\n'

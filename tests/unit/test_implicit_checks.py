@@ -423,6 +423,17 @@ DRAWN: dict[str, tuple[str, dict[str, Any], dict[str, Any]]] = {
     "function": ("plane_strain", BLOCK, {"type": "function", "function": "functions.py:base"}),
     "function in space": ("3d", CUBE, {"type": "function", "function": "functions.py:hollow"}),
     "stl": ("3d", CUBE, {"type": "stl", "file": "surface.stl", "soil": "inside"}),
+    "terrain": (
+        "plane_strain",
+        BLOCK,
+        {"type": "terrain", "surface": [[-1.0, 0.2], [0.6, 0.17], [2.0, 0.2]], "lower": [-1.0],
+         "upper": [2.0], "soil": "above"},
+    ),
+    "terrain in space": (
+        "3d",
+        CUBE,
+        {"type": "terrain", "surface": 0.2, "lower": [-1, -1], "upper": [2, 2], "soil": "above"},
+    ),
 }  # fmt: skip
 
 

@@ -16,6 +16,7 @@ import tilth
 from tilth.analysis.contact_warnings import contact_warnings
 from tilth.errors import BadInput
 from tilth.geometry.make import Geometry, make_geometry, make_shapes
+from tilth.geometry.open_surface import OpenSurface
 from tilth.geometry.polyline import Polyline
 from tilth.geometry.round import Circle
 from tilth.geometry.triangle_mesh import TriangleMesh
@@ -124,6 +125,20 @@ def test_triangles_are_a_closed_surface_however_they_are_turned(soil: str, tmp_p
     np.testing.assert_allclose(found.distance(X), exact.distance(X), rtol=1e-14, atol=1e-14)
     sign = 1.0 if soil == "inside" else -1.0
     assert found.distance(np.array([[0.5, 0.5, 0.5]]))[0] == pytest.approx(0.5 * sign)
+
+
+@pytest.mark.parametrize("soil", ["front", "back"])
+def test_triangles_are_an_open_surface(soil: str, tmp_path: Path) -> None:
+    """The sides of a box without its lid and floor, whose normals point outwards."""
+    sides = FACES[(CUBE[FACES][..., 2] != CUBE[FACES][:, :1, 2]).any(axis=1)]
+    found = made(written(tmp_path, CUBE, ("rock", "triangle", sides)), "rock", soil, "3d")
+    exact = OpenSurface(CUBE, sides, soil == "front")
+    np.testing.assert_allclose(found.distance(X), exact.distance(X), rtol=1e-14, atol=1e-14)
+    sign = -1.0 if soil == "front" else 1.0
+    assert found.distance(np.array([[0.4, 0.5, 0.5]]))[0] == pytest.approx(0.4 * sign)
+    closed = written(tmp_path, CUBE, ("rock", "triangle", FACES))
+    assert "the surface is closed" in refusal(closed, "rock", soil, "3d")
+    assert "side of a surface, in 3D" in refusal(closed, "rock", soil)
 
 
 BRANCH = [[0, 0], [1, 0], [2, 0], [1, 1], [5, 5], [6, 5]]

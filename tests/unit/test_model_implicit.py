@@ -28,6 +28,7 @@ from implicit_entries import (
     SPHERE,
     SPLINE,
     STL,
+    TERRAIN,
     WEDGE,
     boundary,
     entries,
@@ -38,7 +39,7 @@ from implicit_entries import (
 from tilth.model import ImplicitBoundary, Model
 from tilth.model.geometry import GEOMETRIES, BoxGeometry, CylinderGeometry, unit
 
-FLAT = [PLANE, CIRCLE, POLYLINE, SPLINE, BOX, FOOTING, PLATE, WEDGE, FUNCTION, MESH]
+FLAT = [PLANE, CIRCLE, POLYLINE, SPLINE, BOX, FOOTING, PLATE, WEDGE, FUNCTION, MESH, TERRAIN]
 SOLID = [
     {**PLANE, "point": [0, 0, 0.1], "normal": [0, 1, 1]},
     CYLINDER,
@@ -49,6 +50,7 @@ SOLID = [
     CONE,
 ]
 SOLID += [FUNCTION, STL]
+SOLID += [{**TERRAIN, "surface": {"file": "z.csv"}, "lower": [0, 0], "upper": [1, 1]}]
 
 TURN = {"angle": 30.0, "centre": [0.0, 1.0]}
 RAMP = [[0, 0], [1, 1]]

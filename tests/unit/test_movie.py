@@ -169,7 +169,7 @@ def test_what_cannot_be_drawn_is_refused(tmp_path: Path, monkeypatch: pytest.Mon
     for ask, remedy in (
         ({"path": "x.avi"}, ".mp4, .gif, .webp"),
         ({"path": "x.gif", "field": "displacements"}, "did you mean displacement"),
-        ({"path": "x.gif", "fps": 0.0}, "above 0"),
+        ({"path": "x.gif", "fps": 0.0}, "from 0.01 to 60"),
         ({"path": "x.gif", "history": "loads"}, "did you mean load"),
         ({"path": "x.gif", "section": "x=1"}, "leave out"),
         ({"path": "x.gif", "scale": "frame", "values": (0.0, 1.0)}, "leave out"),

@@ -169,6 +169,42 @@ def test_wrong_geojson_is_refused(text: str, part: str, tmp_path: Path) -> None:
     assert "a.json" in found
 
 
+NEAR_OSLO = [[10.75, 59.91], [10.7501, 59.91], [10.7501, 59.9101], [10.75, 59.9101]]
+
+
+def with_system(name: str) -> dict[str, Any]:
+    return {"crs": {"type": "name", "properties": {"name": name}}}
+
+
+@pytest.mark.parametrize("scale", [1.0, 111e3])
+def test_longitude_and_latitude_are_refused(scale: float, tmp_path: Path) -> None:
+    """RFC 7946 knows no other coordinates; as lengths the outline would be smaller than a cell."""
+    file = mapped(tmp_path, feature("pit", NEAR_OSLO))
+    found = refusal(file, scale=scale, origin=NEAR_OSLO[0])
+    assert "its coordinates are those of longitude and latitude in degrees" in found
+    assert "project it to plane coordinates" in found
+    assert ("1e-04 long" in found or "0.0001 long" in found) == (scale == 1.0)
+
+
+@pytest.mark.parametrize(
+    "name", ["urn:ogc:def:crs:OGC:1.3:CRS84", "EPSG:4326", "urn:ogc:def:crs:EPSG::4258"]
+)
+def test_a_reference_system_in_degrees_is_refused(name: str, tmp_path: Path) -> None:
+    whole = {"type": "FeatureCollection", "features": [feature("pit", SECTION)]}
+    (tmp_path / "a.geojson").write_text(json.dumps(whole | with_system(name)))
+    assert f"{name!r} is in degrees" in refusal(str(tmp_path / "a.geojson"))
+
+
+def test_plane_coordinates_are_taken_with_and_without_a_reference_system(tmp_path: Path) -> None:
+    """Also small numbers, if the outline is not smaller than a cell, and a drawing in mm."""
+    whole = {"type": "FeatureCollection", "features": [feature("pit", SECTION)]}
+    for system in ({}, with_system("urn:ogc:def:crs:EPSG::25832"), with_system("EPSG:14326")):
+        (tmp_path / "a.geojson").write_text(json.dumps(whole | system))
+        assert form(str(tmp_path / "a.geojson")).vertices
+    metres = [[1000.0 * x, 1000.0 * y] for x, y in SECTION]
+    assert form(mapped(tmp_path, feature("", metres)), scale=1e-3).vertices
+
+
 def test_other_refusals(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "a.dxf").write_text("no drawing")
     assert "cannot be read as a DXF drawing" in refusal(str(tmp_path / "a.dxf"))

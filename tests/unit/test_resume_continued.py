@@ -202,6 +202,18 @@ def test_rows_of_tables_and_output_may_change(folder: Path, tmp_path: Path) -> N
     assert all(np.array_equal(one[name], values) for name, values in other.items())
 
 
+def test_water_that_is_on_its_way_keeps_its_end(tmp_path: Path) -> None:
+    """It moves from one level to another up to the end of the schedule."""
+    water = {"level": 0.6, "initial_level": 0.3, "unit_weight": 10.0}
+    entries = squeezed(SIZE, water=water)
+    entries["schedule"] = {"end": SIZE, "step_size": SIZE}
+    entries["materials"]["soil"]["saturated_density"] = 3.0
+    run(model_of(entries), tmp_path / "out", quiet=True)
+    entries["schedule"]["end"] = 1.0
+    with pytest.raises(BadInput, match=r"schedule.end: .*the water moves to its `level`"):
+        run(model_of(entries), tmp_path / "out", continues=True, quiet=True)
+
+
 def test_a_changed_model_file_names_the_way(folder: Path) -> None:
     """`resume` refuses it, and accepts the same entries written in another way."""
     file = folder / "model.json"

@@ -317,8 +317,19 @@ def test_overwrite_removes_only_own_files(tmp_path: Path) -> None:
     prepare_output_folder(tmp_path, overwrite=True, protect=[tmp_path / "model.json"])
     left = {file.name for file in tmp_path.iterdir()}
     assert left == {*mine, "checkpoint_folder", "model.json"}
+    (tmp_path / "model.json").write_text('{"format": 1, "bodies": []}')
     prepare_output_folder(tmp_path, overwrite=True)
     assert not (tmp_path / "model.json").exists()
+
+
+@pytest.mark.parametrize("name", ["log.txt", "report.html", "history.csv", "model.json"])
+def test_overwrite_removes_nothing_from_a_folder_that_is_no_run(tmp_path: Path, name: str) -> None:
+    """Other programs give their files such names, too."""
+    for content in ("mine", "[1]", '{"format": "mine"}'):
+        (tmp_path / name).write_text(content)
+        with pytest.raises(BadInput, match=f"has a file {name}, but is not that of a run"):
+            prepare_output_folder(tmp_path, overwrite=True)
+        assert (tmp_path / name).read_text() == content
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs a process that can be ended at will")

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,8 @@ import pytest
 from resumed_runs import assert_same_results, run_in_pieces
 
 from tilth import AnalysisFailed, BadInput, Model, StrengthReduction, resume, run, safety
+from tilth.analysis.safety_search import Outcome, Trial
+from tilth.analysis.safety_trials import Trials
 from tilth.analysis.staged import StagedAnalysis
 from tilth.output.folder import SETUP
 from tilth.output.safety_files import read_safety
@@ -119,6 +122,31 @@ def test_a_run_from_a_stage_finds_the_factors_after_it(folder: Path, tmp_path: P
     assert read_safety(tmp_path / "new", 3) == read_safety(folder, 3)
     run(model, tmp_path / "last", from_stage=(tmp_path / "new", "unload"), quiet=True)
     assert read_safety(tmp_path / "last", 1) == first
+
+
+def test_an_undecided_factor_does_not_end_the_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing depends on it; log, warnings and report say what is certain."""
+    at = Trials.at
+
+    def instead(trials: Trials, factor: float, pursues: bool) -> Trial:
+        if 1.2 < factor < 1.3:
+            return Trial(factor, math.nan, 30, Outcome.UNDECIDED, "the soil does not come to rest")
+        return at(trials, factor, pursues)
+
+    monkeypatch.setattr(Trials, "at", instead)
+    declared = entries()
+    declared["stages"] = declared["stages"][:3]
+    declared["stages"][1]["maximum_factor"] = 1.25
+    run(Model.from_dict(declared), tmp_path / "out", quiet=True)
+    found = read_safety(tmp_path / "out", 1)
+    assert (found.is_decided, found.factor, found.above) == (False, 1.2, None)
+    certain = f"factor of safety undecided: {found.bracket}"
+    log = (tmp_path / "out" / "log.txt").read_text()
+    assert f"strength reduction: safety, at time 1: {certain}" in log
+    report = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert f"stage &#x27;safety&#x27;: {certain}" in report
 
 
 def test_stages_are_numbered_as_in_the_case_file(

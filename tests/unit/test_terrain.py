@@ -145,6 +145,8 @@ def test_gaps_and_wrong_files(tmp_path: Path) -> None:
         ("xllcorner", "xll", "xllcorner is missing"),
         ("dx 1.25", "dx 0", "of a size above 0"),
         ("dx 1.25", "dx wide", "is no ASCII grid: could not convert"),
+        ("ncols 6", "ncols 5.9", "is no ASCII grid: ncols = 5.9 is not a whole number"),
+        ("nrows 8", "nrows 8.5", "is no ASCII grid: nrows = 8.5 is not a whole number"),
     ):
         (tmp_path / "bad.asc").write_text(good.replace(old, new))
         found = refusal(terrain(str(tmp_path / "bad.asc")))

@@ -101,7 +101,7 @@ def test_another_form_of_reference_is_refused(folder, reference):
 
 def test_a_missing_file_or_name_suggests_a_near_one(folder):
     error = refused("shap.py:distance", folder)
-    assert "there is no file" in error.problem
+    assert "there is no such file" in error.problem
     assert error.remedy == "did you mean `shape.py`?"
     error = refused("shape.py:distence", folder)
     assert error.problem == "`shape.py` has no function `distence`"

@@ -326,7 +326,8 @@ def test_only_water_has_a_pore_pressure() -> None:
 
 
 def warnings_of(entries: dict[str, Any]) -> list[str]:
-    return tilth.check(Model.from_dict(entries)).warnings
+    units = {"force": "kN", "stress": "kPa", "mass": "t"}
+    return tilth.check(Model.from_dict({**entries, "units": units})).warnings
 
 
 def test_water_that_is_probably_not_meant_is_warned_of() -> None:
@@ -340,6 +341,10 @@ def test_water_that_is_probably_not_meant_is_warned_of() -> None:
     assert "floats" in floats
     floating["water"]["factor"] = [[0.0, 0.0], [1.0, 1.0]]
     assert warnings_of(floating) == []
+    weightless = wet("plane_strain")
+    del weightless["loads"]
+    (light,) = warnings_of(weightless)
+    assert light.startswith("water.unit_weight: the water has a weight, but no body force acts")
     twice = wet("plane_strain")
     twice["bodies"][0]["surface"] = {}
     twice["loads"].append(

@@ -64,6 +64,7 @@ void bind_gap(nb::module_& module);
 void bind_multipliers(nb::module_& module);
 void bind_points_in_cells(nb::module_& module);
 void bind_multigrid(nb::module_& module);
+void bind_user_code(nb::module_& module);
 
 }  // namespace tilth::bind
 

@@ -3,12 +3,14 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "../material/list.hpp"
 #include "../material/umat.hpp"
+#include "../user_code.hpp"
 #include "checks.hpp"
 #include "python_law.hpp"
 
@@ -18,11 +20,15 @@ namespace tilth::bind {
 class CheckedLaw {
  public:
   explicit CheckedLaw(std::unique_ptr<material::PointLaw> law) : law_(std::move(law)) {}
+  explicit CheckedLaw(std::unique_ptr<material::UserLaw> law)
+      : is_compiled_(true), law_(std::move(law)) {}
   explicit CheckedLaw(std::unique_ptr<PythonLaw> law) : python_(law.get()), law_(std::move(law)) {}
 
   /// Calls `kernel(law)`; twice if the law is written in Python, so the kernel must be repeatable.
   template <class Kernel>
   void evaluate(Kernel&& kernel) const {
+    std::optional<user_code::Around> around;
+    if (is_compiled_) around.emplace();
     kernel(std::as_const(*law_));
     if (python_ == nullptr) return;
     python_->answer();
@@ -31,6 +37,7 @@ class CheckedLaw {
 
  private:
   PythonLaw* python_ = nullptr;
+  bool is_compiled_ = false;
   std::unique_ptr<material::PointLaw> law_;
 };
 
@@ -91,15 +98,17 @@ inline CheckedLaw checked_user_law(nb::handle user, const ConstDoubles& paramete
   rows.require_valid(
       [](const double* row) { return material::HenckyElasticity::from(row[0], row[1]).valid(); });
   require_width(width, size_of(initial) + (umat ? material::UmatLaw::further_state : 0));
+  auto label = nb::cast<std::string>(nb::getattr(user, "label", nb::str("a law of the user")));
   if (umat) {
     const auto name = nb::cast<std::string>(nb::getattr(user, "name", nb::str("")));
-    return CheckedLaw(
-        std::make_unique<material::UmatLaw>(reinterpret_cast<material::UmatRoutine>(address),
-                                            std::vector<char>(name.begin(), name.end()), rows.data,
-                                            rows.stride, rows.count - leading, std::move(first)));
+    return CheckedLaw(std::unique_ptr<material::UserLaw>(std::make_unique<material::UmatLaw>(
+        reinterpret_cast<material::UmatRoutine>(address),
+        std::vector<char>(name.begin(), name.end()), rows.data, rows.stride, rows.count - leading,
+        std::move(first), std::move(label))));
   }
-  return CheckedLaw(std::make_unique<material::CompiledLaw>(
-      reinterpret_cast<material::UserFunction>(address), rows.data, rows.stride, std::move(first)));
+  return CheckedLaw(std::unique_ptr<material::UserLaw>(std::make_unique<material::CompiledLaw>(
+      reinterpret_cast<material::UserFunction>(address), rows.data, rows.stride, std::move(first),
+      std::move(label))));
 }
 
 /// Returns a law for `points` points whose state arrays have `width` columns. `law` is the

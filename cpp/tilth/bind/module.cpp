@@ -55,4 +55,5 @@ NB_MODULE(_core, module) {
   tilth::bind::bind_multipliers(module);
   tilth::bind::bind_points_in_cells(module);
   tilth::bind::bind_multigrid(module);
+  tilth::bind::bind_user_code(module);
 }

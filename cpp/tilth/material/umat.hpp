@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -35,8 +36,9 @@ class UmatLaw final : public UserLaw {
   static constexpr int name_length = 80;
 
   UmatLaw(UmatRoutine routine, std::vector<char> name, const double* parameters,
-          std::int64_t stride, std::int64_t properties, std::vector<double> initial)
-      : UserLaw(parameters, stride, std::move(initial)),
+          std::int64_t stride, std::int64_t properties, std::vector<double> initial,
+          std::string label)
+      : UserLaw(parameters, stride, std::move(initial), std::move(label)),
         routine_(routine),
         name_(std::move(name)),
         properties_(static_cast<int>(properties)) {
@@ -122,12 +124,15 @@ class UmatLaw final : public UserLaw {
     int ndi = 3, nshr = 3, ntens = 6, nstatv = static_cast<int>(initial().size());
     int nprops = properties_, element = 1, point = static_cast<int>(p) + 1, layer = 1, section = 1;
     int step[4] = {1, 1, 0, 0}, kinc = 1;
-    routine_(stress, nstatv > 0 ? state : &none, ddsdde, &sse, &spd, &scd, &rpl, ddsddt, drplde,
-             &drpldt, strain, increment, time, &duration, &temperature, &temperature_change,
-             &predefined, &predefined_change, name, &ndi, &nshr, &ntens, &nstatv,
-             nprops > 0 ? props.data() : &none, &nprops, coords, rotation, &pnewdt, &length,
-             gradient_before, gradient, &element, &point, &layer, &section, step, &kinc,
-             std::size_t{name_length});
+    double* const own_props = props.data();  // of this thread
+    user_code::call(label(), [&] {
+      routine_(stress, nstatv > 0 ? state : &none, ddsdde, &sse, &spd, &scd, &rpl, ddsddt, drplde,
+               &drpldt, strain, increment, time, &duration, &temperature, &temperature_change,
+               &predefined, &predefined_change, name, &ndi, &nshr, &ntens, &nstatv,
+               nprops > 0 ? own_props : &none, &nprops, coords, rotation, &pnewdt, &length,
+               gradient_before, gradient, &element, &point, &layer, &section, step, &kinc,
+               std::size_t{name_length});
+    });
   }
 };
 

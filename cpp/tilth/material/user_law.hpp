@@ -7,9 +7,11 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <string>
 #include <utility>
 #include <vector>
 
+#include "../user_code.hpp"
 #include "point_law.hpp"
 
 namespace tilth::material {
@@ -17,9 +19,13 @@ namespace tilth::material {
 /// What the user's compiled laws have in common: elasticity, initial state, checks of results.
 class UserLaw : public PointLaw {
  public:
-  /// `initial`: state variables at the start.
-  UserLaw(const double* parameters, std::int64_t stride, std::vector<double> initial)
-      : parameters_(parameters), stride_(stride), initial_(std::move(initial)) {}
+  /// `initial`: state variables at the start. `label`: the law in messages.
+  UserLaw(const double* parameters, std::int64_t stride, std::vector<double> initial,
+          std::string label)
+      : parameters_(parameters),
+        stride_(stride),
+        initial_(std::move(initial)),
+        label_(std::move(label)) {}
 
   void update(LawBatch& batch, const StateArrays& state) const override {
     constexpr double unset = std::numeric_limits<double>::quiet_NaN();
@@ -79,10 +85,13 @@ class UserLaw : public PointLaw {
 
   const std::vector<double>& initial() const { return initial_; }
 
+  const char* label() const { return label_.c_str(); }
+
  private:
   const double* parameters_;
   std::int64_t stride_;
   std::vector<double> initial_;
+  std::string label_;
 
   static bool all_finite(const double* numbers, std::int64_t count) {
     return std::all_of(numbers, numbers + count, [](double x) { return std::isfinite(x); });
@@ -98,15 +107,17 @@ using UserFunction = int (*)(const double* parameters, const double* trial, doub
 class CompiledLaw final : public UserLaw {
  public:
   CompiledLaw(UserFunction function, const double* parameters, std::int64_t stride,
-              std::vector<double> initial)
-      : UserLaw(parameters, stride, std::move(initial)), function_(function) {}
+              std::vector<double> initial, std::string label)
+      : UserLaw(parameters, stride, std::move(initial), std::move(label)), function_(function) {}
 
  protected:
   bool evaluate(std::int64_t p, const double trial[3], double plastic_strain,
                 const double* state_before, double* state, double tau[3], double elastic[3],
                 double tangent[3][3]) const override {
-    return function_(parameters(p), trial, plastic_strain, state_before, state, tau, elastic,
-                     tangent[0]) == 0;
+    return user_code::call(label(), [&] {
+             return function_(parameters(p), trial, plastic_strain, state_before, state, tau,
+                              elastic, tangent[0]);
+           }) == 0;
   }
 
  private:

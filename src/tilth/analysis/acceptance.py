@@ -45,9 +45,8 @@ def require_acceptable(
     possible = math.inf
     if simulation.dynamics is not None:
         cells = simulation.grid.sizes_at(points.position)
-        possible = simulation.dynamics.possible_size(balance, displacement, moved, cells)
-        if not is_least:
-            simulation.dynamics.require_accurate(possible)
+        possible, reason = simulation.dynamics.possible_size(balance, displacement, moved, cells)
+        simulation.dynamics.require_accurate(possible, reason)
     if simulation.implicit and not is_least:
         touching, contacts = simulation.contact_surfaces, step.constraints.contacts
         with simulation.timers.measure("boundaries"), together(simulation.comm):

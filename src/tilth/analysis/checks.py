@@ -10,6 +10,7 @@ from tilth.boundaries.axis_consistency import require_no_radial_motion
 from tilth.boundaries.conditions import require_no_rigid_motion
 from tilth.boundaries.consistency import require_consistency, table_times
 from tilth.boundaries.contact.checks import require_outside, require_soil_in_reach
+from tilth.boundaries.contact.thin import require_thin_shapes_held
 from tilth.errors import BadInput, StepFailed
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.wet_mass import require_wet_densities
@@ -27,7 +28,7 @@ def check_first_step(simulation: Simulation, in_advance: bool = False) -> Active
 
     Raises:
         BadInput: contradicting conditions, a rigid-body motion that none of them prevents, a
-            boundary or a surface without soil.
+            boundary or a surface without soil, a thin shape in soil that is to part from it.
     """
     model = simulation.model
     require_wet_densities(model, simulation.points)
@@ -45,6 +46,10 @@ def check_first_step(simulation: Simulation, in_advance: bool = False) -> Active
     if not in_advance:
         contacts = step.constraints.contacts
         require_soil_in_reach(simulation.bodies, contacts, first, model.rigid_body_keys())
+    begins = model.stage.begins
+    require_thin_shapes_held(
+        simulation.contact_surfaces, begins, simulation.points, simulation.grid
+    )
     for boundary in simulation.implicit:
         boundary.require_soil(simulation.points.position)
     times = [*table_times(model), *simulation.waves.peak_times(model.schedule.end)]

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_left, bisect_right
 from dataclasses import dataclass
+from typing import Any
 
 from tilth.model import Schedule
 
@@ -43,6 +44,11 @@ class Clock:
         self._round_off = 1e-9 * self._regular_size
         if self.size == 0.0:
             self.size = self._regular_size
+
+    def state(self) -> dict[str, Any]:
+        """Returns what a checkpoint has of it."""
+        names = ("step", "time", "size", "successes", "relaxing")
+        return {name: getattr(self, name) for name in names}
 
     @property
     def done(self) -> bool:

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from tilth.analysis.contact_output import contact_names
 from tilth.analysis.differences import (
+    END,
     differences,
     differing_tables,
     first_difference,
@@ -68,6 +69,9 @@ def require_continuable(stored: StoredRun, model: Model, until: float | None) ->
     for key, curve in differing_tables(
         earlier.of_stages[number], model.of_stages[number], clock.time
     ):
+        if key.endswith(END):
+            what = "must stay: the water moves to its `level` up to there, and is on its way"
+            raise BadInput(what, "leave it, and add a stage for what follows", key=key)
         rows = [[float(time), float(value)] for time, value in curve.table]
         raise BadInput(
             f"is not {where}: there it was {shown(rows, 200)}",
@@ -87,13 +91,9 @@ def require_continuable(stored: StoredRun, model: Model, until: float | None) ->
     if until is not None and until <= reached + round_off:
         what = f"the run is already complete up to time {reached:.6g}"
         raise BadInput(what, "give a later time, or leave it out", key="until", value=until)
-    before, after, added = (
-        end_time(earlier),
-        end_time(model),
-        len(model.stages) - len(earlier.stages),
-    )
-    text = f"from time {reached:.6g} to {after:.6g} (was {before:.6g})"
-    return text + (f", {added} stages added" if added > 0 else "")
+    added = len(model.stages) - len(earlier.stages)
+    stages = f", with {added} more stage{'s' if added > 1 else ''}" if added > 0 else ""
+    return f"from time {reached:.6g} to {end_time(model):.6g} (was {end_time(earlier):.6g}){stages}"
 
 
 def _first_differences(earlier: Model, model: Model) -> Iterator[str]:

@@ -19,6 +19,9 @@ from tilth.model.surface import Hydrostatic
 _ROUND_OFF = 1e-12
 """Part of the largest value within which two tables are the same."""
 
+END = "schedule.end"
+"""Key of the end of a schedule, up to which water moves to its level."""
+
 _TABLES_OF_BODIES = ("displacement", "rotation", "force", "moment")
 
 
@@ -167,7 +170,8 @@ def tables_of(model: Model) -> dict[str, LoadCurve]:
     if model.water is not None:
         found["water.factor"] = LoadCurve(model.water.factor or ((0.0, 1.0),))
         if model.water.initial_level is not None:
-            found["schedule.end"] = LoadCurve(ramp)  # the level moves up to there
+            stage = f"{model.stage.key}." if model.stage.declared is not None else ""
+            found[f"{stage}{END}"] = LoadCurve(ramp)  # the level moves up to there
     if model.stage.declared is not None and model.stage.number > 0:
         key = f"{model.stage.key}.release"
         found[key] = LoadCurve(model.stage.declared.release or ramp)

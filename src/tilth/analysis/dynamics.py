@@ -160,31 +160,43 @@ class Dynamics:
 
     def possible_size(
         self, balance: Balance, displacement: Floats, moved: Floats, cell_size: Floats
-    ) -> float:
+    ) -> tuple[float, str]:
         """Returns the size of a step, relative to this one, that keeps error and motion in limits.
+
+        And which of them is nearer to its limit, in words.
 
         displacement: of the nodes (nodes, dim); moved: of the points, (n, dim).
         cell_size: of the cells that these are in [length], (n, dim).
         """
-        share, comm = math.inf, balance.comm
+        share, reason, comm = math.inf, "", balance.comm
         if self._largest_motion < math.inf:
             most = comm.max(float(np.abs(moved / cell_size).max()))
             share = self._largest_motion / max(most, 1e-300)
+            reason = f"a point moves by {most:.3g} cells in the step, but largest_motion"
+            reason += f" = {self._largest_motion:g}"
         if self._largest_error < math.inf:
             error = inertia_of(balance).local_error(displacement) / cell_size
             most = comm.max(float(np.linalg.norm(error, axis=1).max()))
-            share = min(share, (self._largest_error / max(most, 1e-300)) ** (1.0 / 3.0))
-        return share
+            possible = (self._largest_error / max(most, 1e-300)) ** (1.0 / 3.0)
+            if possible < share:
+                share = possible
+                reason = f"the local error in the step is {most:.3g} cells, but largest_error"
+                reason += f" = {self._largest_error:g}"
+        return share, reason
 
-    def require_accurate(self, share: float) -> None:
-        """Checks that a step is short enough; share: its possible relative size.
+    def require_accurate(self, share: float, reason: str) -> None:
+        """Checks that a step is short enough.
+
+        Args:
+            share: its possible relative size.
+            reason: what limits it.
 
         Raises:
             StepFailed: it must be shorter.
         """
         if share < WITHIN:
-            reason = "the error or the motion in the step is larger than `analysis.inertia` allows"
-            raise StepFailed(reason, share=SAFETY * share)
+            remedy = "give a smaller schedule.minimum_step, or a larger limit in analysis.inertia"
+            raise StepFailed(reason, remedy, share=SAFETY * share)
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns the arrays for a checkpoint."""

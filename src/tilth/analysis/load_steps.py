@@ -153,7 +153,8 @@ def _failed(
     shown = [f"{r:.1e}" for r in failure.residuals] or ["none"]
     residuals = " ".join(shown if len(shown) <= 8 else [*shown[:3], "...", *shown[-4:]])
     of_stage = _of_stage(simulation)
-    causes = "; ".join(likely_causes(simulation, clock, failure))
+    # the causes are those of steps without equilibrium, not of those known to be too long
+    causes = "" if failure.share else "; ".join(likely_causes(simulation, clock, failure))
     likely = f"likely causes: {causes}; " if causes else ""
     offer = ""
     if simulation.dynamics is None:

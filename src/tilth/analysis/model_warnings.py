@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tilth.analysis.contact_warnings import contact_warnings
+from tilth.analysis.contact_warnings import contact_warnings, rigid_overlaps
 from tilth.analysis.overlaps import overlapping_bodies
 from tilth.analysis.table_warnings import table_warnings
 from tilth.analysis.unit_warnings import unit_warnings
 from tilth.arrays import Floats
-from tilth.boundaries.implicit.passage import points_behind, surface_behind
+from tilth.boundaries.contact.thin import thin_warnings
+from tilth.boundaries.implicit.passage import border_warning, points_behind, surface_behind
 from tilth.model import (
     AffineBoundary,
     BodyForce,
@@ -86,6 +87,10 @@ def _warnings_of(simulation: Simulation, in_advance: bool) -> Iterator[tuple[str
     yield from _locking(model, points)
     yield from _soft(model, points)
     yield from contact_warnings(model)
+    yield from rigid_overlaps(model, points)
+    yield from thin_warnings(
+        simulation.contact_surfaces, model.stage.begins, points, simulation.grid
+    )
     yield from _small_radii(model, points, simulation.grid)
     yield from _thin_or_sparse(points, simulation.grid)
     yield from _one_step(model)
@@ -194,6 +199,8 @@ def _behind(simulation: Simulation, in_advance: bool) -> Iterator[tuple[str, str
         for name, surface in simulation.surfaces.items():
             known = surface_behind(boundary, surface.shape().position, 0.0, grid)
             simulation.run_warnings.known_depth(f"surface of {name}, {boundary.name}", known, grid)
+        if text := border_warning(boundary, points, 0.0, grid):
+            yield f"border of {boundary.name}", text
         behind, depth = points_behind(boundary, points, 0.0, grid)
         if len(behind) == 0:
             continue
@@ -372,8 +379,15 @@ def _water(simulation: Simulation) -> Iterator[tuple[str, str]]:
             "water.level: no soil is under water at the start or the end of the schedule: the "
             f"level is at least {-depth:.3g} below all soil; correct it, or leave out [water]",
         )
-    weightless = simulation.loads.acts_on_mass and not simulation.loads.acceleration(0.0).any()
-    if weightless and water.pore_pressure(lower, 0.0).any():
+    wet = water.pore_pressure(lower, 0.0).any()
+    if not any(isinstance(load, BodyForce) for _, load in model.acting_loads()):
+        yield (
+            "weightless",
+            "water.unit_weight: the water has a weight, but no body force acts, so that the soil "
+            'has none and floats below the level; add a load with type = "body_force", or leave '
+            "out [water]",
+        )
+    elif wet and not simulation.loads.acceleration(0.0).any():
         yield (
             "floats",
             "water: the water is there from the start, but the body force is zero then, so that "

@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
-from tilth import __version__
+from tilth import __version__, _core
 from tilth.analysis.clock import Clock
 from tilth.analysis.contact_output import ContactOutput
 from tilth.analysis.energies import Energies
@@ -195,10 +195,12 @@ class Recorder:
             self._checkpoint_at_once(stage_checkpoint(index))
 
     def factor_of_safety(self, stage: str, text: str) -> None:
-        """Records the result of a strength reduction."""
+        """Records the result of a strength reduction, and warnings of it."""
+        self._collect_warnings()
         self.log.reduction(stage, self.analysis.time, text)
         if self._progress is not None:
             self._progress.message(f"{stage}: {text}")
+        self._say_warnings()
 
     def _relaxed(self, time: float) -> None:
         """Records that soil has come to rest beyond a limit load."""
@@ -255,6 +257,7 @@ class Recorder:
         points = self.simulation.distribution.total
         progress = Progress(end, points, start=0.0, quiet=quiet or not self._writes)
         self._show_stage(progress)
+        self._tell_user_code()
         failure: str | None = "the run was interrupted by an unexpected error"
         broken = True
         try:
@@ -294,6 +297,7 @@ class Recorder:
         Raises `AnalysisFailed` if that cannot be written, unless the run is `broken` by another
         error, which is not to be hidden.
         """
+        _core.set_user_code_note()
         unwritten: Exception | None = None
         summary = partial(
             self.log.finish, failure, self.simulation.timers.wall, self.simulation.solved
@@ -423,11 +427,8 @@ class Recorder:
         self.simulation.run_warnings.collect(self.simulation.comm)
 
     def _say_warnings(self) -> None:
-        if not self._writes:
-            self.simulation.warnings.clear()
-            return
         said = {without_stage(text) for text in self.log.warnings}
-        for text in self.simulation.warnings:
+        for text in self.simulation.warnings if self._writes else []:
             if self.analysis.number > 0 and without_stage(text) in said:
                 continue  # in an earlier stage
             self.log.warning(text)
@@ -454,8 +455,8 @@ class Recorder:
                 self._checkpoints.wait()
                 self._write_checkpoint(self.folder / name, arrays, meta)
 
-    def _write_beside(self, clock: Clock, arrays: Arrays) -> None:
-        file, meta = self.folder / CHECKPOINT, self._progress_so_far(clock)
+    def _write_beside(self, clock: Clock, arrays: Arrays) -> None:  # in any working folder
+        file, meta = (self.folder / CHECKPOINT).absolute(), self._progress_so_far(clock)
         if not file.exists() or sum(each.nbytes for each in arrays.values()) > LARGEST_COPY:
             self._checkpoints.wait()
             self._write_checkpoint(file, arrays, meta)
@@ -467,6 +468,15 @@ class Recorder:
         """Writes a checkpoint when the rows that it counts on are on the disk; outputs are."""
         self.tables.sync()
         write_checkpoint(file, arrays, meta)
+        self._tell_user_code()
+
+    def _tell_user_code(self) -> None:
+        """Says what is left of the run, and in its log, if code of the user ends the process."""
+        if self._writes:
+            has = (self.folder / CHECKPOINT).exists()
+            then = f"; continue from the last checkpoint with: tilth resume {self.folder}" * has
+            kept = f"results so far are in {self.folder}{then}"
+            _core.set_user_code_note(kept, self.log.file_number)
 
     def _progress_so_far(self, clock: Clock) -> dict[str, Any]:
         """Returns the plain data of a checkpoint, see `Progress`, which do not change later."""
@@ -474,13 +484,7 @@ class Recorder:
             "version": __version__,
             "format": CHECKPOINT_FORMAT,
             "stage": self.analysis.number,
-            "clock": {
-                "step": clock.step,
-                "time": clock.time,
-                "size": clock.size,
-                "successes": clock.successes,
-                "relaxing": clock.relaxing,
-            },
+            "clock": clock.state(),
             "energies": asdict(self.energies),
             "model": self._model_checksum,
             **({} if self._next_checksum is None else {"next_model": self._next_checksum}),

@@ -179,17 +179,17 @@ class Relaxation:
 
     def possible_size(
         self, balance: Balance, displacement: Floats, moved: Floats, cell_size: Floats
-    ) -> float:
+    ) -> tuple[float, str]:
         """As `Dynamics.possible_size`."""
         terms = [term for term in balance.terms if isinstance(term, AssembledInertia)]
         self._norm = sum(balance.active.norm(term.force(displacement)) for term in terms)
         most = balance.comm.max(float(np.abs(moved / cell_size).max()))
-        return LARGEST_MOTION / max(most, 1e-300)
+        return LARGEST_MOTION / max(most, 1e-300), "the soil moves too far in the step"
 
-    def require_accurate(self, share: float) -> None:
+    def require_accurate(self, share: float, reason: str) -> None:
         """As `Dynamics.require_accurate`."""
         if share < WITHIN:
-            raise StepFailed("the soil moves too far in the step", share=SAFETY * share)
+            raise StepFailed(reason, share=SAFETY * share)
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns the arrays for a checkpoint."""

@@ -21,11 +21,13 @@ from tilth.analysis.stepping import Steps, exhausted, take_steps
 from tilth.analysis.stored_run import StoredRun
 from tilth.arrays import Floats
 from tilth.comm import SERIAL, Communicator, together
-from tilth.environment import available_cores, count_of
+from tilth.environment import available_cores
 from tilth.errors import AnalysisFailed, BadInput, TilthError
+from tilth.input_files import absolute
 from tilth.interrupt import StopSignals
 from tilth.memory_errors import is_memory_error, memory_sentence
 from tilth.model import Model
+from tilth.model.fields import count_of
 from tilth.model.overview import html_table
 from tilth.mpi import world
 from tilth.mpm.points import MaterialPoints
@@ -194,7 +196,7 @@ def run_steps(
                 if comm.rank == 0:
                     go_on_with(earlier, model, setup)
             elif comm.rank == 0:
-                if stored is not None and folder.resolve() == stored.folder.resolve():
+                if stored is not None and absolute(folder) == absolute(stored.folder):
                     what = "the run cannot be written into the folder from which it goes on"
                     raise BadInput(what, "choose another folder", key="out", value=str(out))
                 prepare_output_folder(folder, overwrite)
@@ -309,15 +311,22 @@ def require_time(model: Model, until: float | None) -> None:
         )
 
 
+MOST_THREADS = 1024
+"""As the core has it."""
+
+
 def set_threads(threads: int | None, comm: Communicator = SERIAL) -> int:
     """Sets the number of threads of the kernels, all available cores if None; returns it.
 
     comm: processes that have the cores together; each has one thread if None.
 
     Raises:
-        BadInput: the number is no whole number from 1 on.
+        BadInput: the number is no whole number from 1 on, or there are more than `MOST_THREADS`.
     """
     used = count_of("threads", threads, 1 if comm.size > 1 else available_cores())
+    if used > MOST_THREADS:
+        remedy = f"give at most {MOST_THREADS}"
+        raise BadInput("is more than the core takes", remedy, key="threads", value=used)
     _core.set_threads(used)
     return used
 

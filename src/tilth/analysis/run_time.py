@@ -57,6 +57,14 @@ class RunTime:
         )
 
 
+SEARCH = 3.0
+"""Time after which the search for equilibrium before the first step is given up [s]."""
+
+
+class StillSearching(Exception):
+    """The search for equilibrium before the first step takes too long to be measured."""
+
+
 class _Enough(Exception):
     """The time for measuring is over."""
 
@@ -69,6 +77,10 @@ def run_time_of(model: Model, clock: Callable[[], float] = time.perf_counter) ->
     addition.
 
     clock: returns a time [s].
+
+    Raises:
+        StillSearching: equilibrium before the first step, as of gravity loading in many parts, is
+            not found in `SEARCH` seconds.
     """
     analysis = StagedAnalysis(model)
     begin, stamps, ends, iterations = clock(), [0.0], [0.0], []
@@ -78,8 +90,12 @@ def run_time_of(model: Model, clock: Callable[[], float] = time.perf_counter) ->
         if iteration > 0 and stamps[-1] > BUDGET:
             raise _Enough
 
+    def on_search(iteration: int, residual: float) -> None:
+        if clock() - begin > SEARCH:
+            raise StillSearching
+
     try:
-        if analysis.begin() is not None:
+        if analysis.begin(on_search) is not None:
             begin = clock()
         for _, result in analysis.steps(on_iteration):
             ends.append(clock() - begin)
@@ -95,7 +111,13 @@ def run_time_of(model: Model, clock: Callable[[], float] = time.perf_counter) ->
 
 def time_text(model: Model) -> str:
     """Returns the estimate in words, with what it assumes."""
-    found = run_time_of(model)
+    try:
+        found = run_time_of(model)
+    except StillSearching:
+        return (
+            f"not known: equilibrium before the first step takes more than {SEARCH:g} s to find, "
+            "such as gravity loading in many parts"
+        )
     if found is None:
         return "not known: the first step has no equilibrium"
     return f"{found}; yielding soil and step cuts take more, start, output and report come on top"

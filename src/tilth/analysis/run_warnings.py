@@ -12,7 +12,12 @@ import numpy as np
 from tilth.arrays import Floats
 from tilth.boundaries import Boundary, Conditions, ImplicitConstraints
 from tilth.boundaries.implicit.boundary import Implicit
-from tilth.boundaries.implicit.passage import PASSAGE_TOLERANCE, depth_behind, surface_behind
+from tilth.boundaries.implicit.passage import (
+    PASSAGE_TOLERANCE,
+    border_warning,
+    depth_behind,
+    surface_behind,
+)
 from tilth.comm import Communicator
 from tilth.fields.tables import place_text
 from tilth.model import Model, NodeBoundary, PlaneBoundary
@@ -267,10 +272,15 @@ class RunWarnings:
     ) -> None:
         """Soil behind implicit boundaries, again where it has become twice as deep.
 
+        And once soil that has come to the border of one.
+
         surfaces: tracked ones, by the names of their bodies.
         """
         small = PASSAGE_TOLERANCE * float(grid.cell_size.min())
         for boundary in boundaries:
+            key = f"border of {boundary.name}"
+            if key not in self._said and (text := border_warning(boundary, points, time, grid)):
+                self.note(key, text)
             depth = depth_behind(boundary, points, time, grid)
             if depth <= small:
                 continue

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 from contextlib import suppress
 from dataclasses import replace
@@ -16,6 +17,8 @@ from tilth.analysis.simulation import Simulation
 from tilth.analysis.snapshots import snapshot, units_of
 from tilth.comm import together
 from tilth.output import ResultsWriter, Snapshot, read_results
+from tilth.output.disk import writing
+from tilth.output.files import write_durably
 from tilth.output.folder import SafetyFiles, safety_files
 from tilth.output.safety_files import SafetySummary, StoredTrial, write_safety
 from tilth.report.safety import PLASTIC_INCREMENT, draw_mechanism
@@ -77,7 +80,10 @@ def _write(
         writer.close()
     axisymmetric = simulation.model.analysis.kind == "axisymmetric"
     drawn = draw_mechanism(read_results(folder / files.mechanism), axisymmetric=axisymmetric)
-    save(next(iter(drawn.values())), folder / files.picture, dpi=130)
+    picture = io.BytesIO()
+    save(next(iter(drawn.values())), picture, dpi=130)
+    with writing(folder / files.picture):
+        write_durably(folder / files.picture, picture.getvalue())
     trials = [
         StoredTrial(
             factor=trial.factor,

@@ -196,6 +196,9 @@ def _carry(last: Simulation, simulation: Simulation, grounds: dict[str, Floats])
     for pair in simulation.body_contacts:
         if pair.name in pairs:
             pair.carry_from(pairs[pair.name])
+    if not same_grid:
+        for contact in [*simulation.contact_surfaces, *simulation.body_contacts]:
+            contact.close_gaps()
     simulation.go_on_from(last, same_grid)
 
 
@@ -226,8 +229,7 @@ def release_out_of_balance(simulation: Simulation, kept: KeptContact | None = No
         soil = simulation.soil_on(step.active)
         balance = Balance(step.active, simulation.terms(step, soil))
         residual = balance.forces(np.zeros(step.active.position.shape)).residual
-        if dynamics is not None or kept is not None:
-            residual += _contact_so_far(balance, kept)
+        residual += _contact_so_far(balance, kept)
     if dynamics is not None:
         residual += dynamics.force_at_start(balance)
     force = np.where(step.conditions.constrained, 0.0, residual)
@@ -239,16 +241,17 @@ def release_out_of_balance(simulation: Simulation, kept: KeptContact | None = No
 def _contact_so_far(balance: Balance, kept: KeptContact | None) -> Floats:
     """Returns what to add to the residual so that contact acts as at the end of the last stage.
 
-    The law of contact has no force of its own without motion: a penetration within its accuracy
-    would be pushed out at once.
+    The law of contact has no force of its own without motion: a gap or penetration within its
+    accuracy, times its stiffness, would act as a released force, on another grid many times the
+    contact's own.
     """
-    contacts = [term for term in balance.terms if isinstance(term, AssembledContact)]
-    pressing = [term for term in contacts if not term.is_between_bodies]
-    zero = np.zeros((balance.active.nodes, balance.active.grid.dim))
-    now = sum((term.nodal_force() for term in pressing), zero)
-    if kept is not None:
-        return np.asarray(now - kept.at(balance.active))
-    return np.asarray(now + sum((term.carried_force() for term in pressing), zero))
+    change = np.zeros((balance.active.nodes, balance.active.grid.dim))
+    for term in balance.terms:
+        if isinstance(term, AssembledContact):
+            change -= term.constant_force()
+            if kept is None or term.is_between_bodies:
+                change += term.carried_force()
+    return change if kept is None else change - kept.at(balance.active)
 
 
 def checked_next_stage(

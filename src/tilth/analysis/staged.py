@@ -220,18 +220,22 @@ class StagedAnalysis:
         assert first is not None
         return first
 
-    def begin(self) -> InitialEquilibrium | None:
+    def begin(
+        self, on_iteration: Callable[[int, float], None] = lambda iteration, residual: None
+    ) -> InitialEquilibrium | None:
         """Finds the equilibrium of the initial state and makes the changes of the first stage.
 
         Returns what was done for the equilibrium, with the forces after the changes; None if none
         is to be found.
+
+        on_iteration: see `find_initial_equilibrium`.
 
         Raises:
             AnalysisFailed, BadInput: see `find_initial_equilibrium` and `enter_next`.
         """
         found = None
         if has_initial_equilibrium(self.simulation.model):
-            found = find_initial_equilibrium(self.simulation)
+            found = find_initial_equilibrium(self.simulation, on_iteration)
         if self.is_before_first:
             self.enter_first()
             if found is not None:

@@ -164,7 +164,8 @@ def _first_state(
         return first, initial_reaction, moving
     try:
         start = np.where(constrained, conditions.increment, guess)
-        balance.begin_at_guess()
+        if unknowns is None:  # else it is an equilibrium near by
+            balance.begin_at_guess()
         begun = first_unknowns if unknowns is None else unknowns
         return residual.at(start, begun), initial_reaction, False
     except StepFailed:

@@ -122,7 +122,7 @@ def reduce_strength(
         except BadInput as error:
             raise error.during(f"in the stage {stage.name!r}") from error
         record(recorder.folder, simulation, clock.step, clock.time, result, index)
-        recorder.factor_of_safety(stage.name, result.text)
         if not result.is_decided:
             what = f"stage {stage.name!r}: {result.text}"
             simulation.run_warnings.note(f"safety {index}", what)
+        recorder.factor_of_safety(stage.name, result.text)

@@ -23,7 +23,6 @@ from tilth.output import read_checkpoint, read_results
 from tilth.output.files import RESTORE
 from tilth.output.folder import (
     CHECKPOINT,
-    LOG,
     MODEL,
     RESULTS,
     load_model,
@@ -163,8 +162,6 @@ class StoredRun:
         marks = (Mark(*each) for each in kept)
         rows = StoredRows.read(folder, model, progress.clock.step, *marks)
         _check_outputs(folder / RESULTS, progress, model)
-        if (folder / LOG).exists() and not (folder / LOG).is_file():
-            raise BadInput(f"{folder / LOG} is no file", "rename or delete it")
         return cls(folder, model, progress, rows, checkpoint, arrays)
 
     def analysis(self, until: float | None) -> StagedAnalysis:

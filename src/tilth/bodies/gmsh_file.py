@@ -4,7 +4,11 @@
 from __future__ import annotations
 
 import importlib
+import io
+import struct
+from codecs import BOM_UTF8
 from collections.abc import Callable
+from contextlib import redirect_stderr
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +16,13 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth.errors import BadInput
+from tilth.input_files import asks_too_much, why_failed, why_no_file
+from tilth.memory_errors import is_memory_error
 
 # Nodes in a plane: the largest difference of their z, relative to the extent.
 FLATNESS_TOLERANCE = 1e-9
+NODES = {"vertex": 1, "line": 2, "triangle": 3, "quad": 4, "tetra": 4, "hexahedron": 8}
+"""Of an element, by its type in meshio."""
 
 
 def read_gmsh(file: Path, refused: Callable[[str, str], BadInput]) -> Any:
@@ -30,20 +38,25 @@ def read_gmsh(file: Path, refused: Callable[[str, str], BadInput]) -> Any:
             "a mesh needs the package meshio, which is not installed",
             "install it with `pip install meshio`",
         ) from error
-    if not file.is_file():
-        raise refused("there is no such file", "check the name and the folder")
+    if reason := why_no_file(file):
+        raise refused(reason, "check the name and the folder")
     try:
-        mesh = meshio.gmsh.read(file)
-    except (
-        meshio.ReadError,
-        OSError,
-        ValueError,
-        KeyError,
-        IndexError,
-        EOFError,
-        AssertionError,
-    ) as error:
-        reason = str(error) or "it is not in that format, or not complete"
+        _require_possible(file)
+        with file.open("rb") as opened:
+            if opened.read(len(BOM_UTF8)) != BOM_UTF8:  # an editor's; meshio does not know it
+                opened.seek(0)
+            with redirect_stderr(io.StringIO()):  # its warnings: what is wrong is refused here
+                mesh = meshio.gmsh.main.read_buffer(opened)
+        if not np.isfinite(mesh.points).all():
+            raise ValueError("a node has a coordinate that is no finite number")
+        if not mesh.cells or not all(map(_is_whole, mesh.cells)):
+            raise ValueError("elements are missing, or nodes of them")
+    except Exception as error:  # meshio raises all kinds for what is no mesh
+        reason = why_failed(error)
+        if is_memory_error(error):
+            if not asks_too_much(error, file):
+                raise
+            reason = "it says that it has more nodes or elements than it can have"
         problem, remedy = (
             f"cannot be read as a Gmsh mesh: {reason}",
             "save it from Gmsh as a .msh file",
@@ -66,7 +79,7 @@ def _without_node(file: Path) -> str:
     Such a number is none of a node, but meshio takes the last node for it.
     """
     with file.open("rb") as stream:
-        start = stream.read(64).split()
+        start = stream.read(64).removeprefix(BOM_UTF8).split()
     if start[:1] != [b"$MeshFormat"] or len(start) < 3 or start[2] != b"0":
         return ""  # binary
     text = file.read_text(encoding="utf-8", errors="replace")
@@ -84,6 +97,35 @@ def _without_node(file: Path) -> str:
         if "0" in nodes:
             return f"element {entry[0]}"
     return ""
+
+
+def _require_possible(file: Path) -> None:
+    """Raises ValueError if a file says that it has more nodes or elements than bytes.
+
+    meshio makes room for them before it reads them, which takes all memory and a minute.
+    """
+    content = file.read_bytes()
+    words = content[:64].split()
+    is_binary_4 = len(words) > 2 and words[1].startswith(b"4") and words[2] == b"1"
+    for marker in (b"$Nodes", b"$Elements"):
+        start = content.find(marker)
+        if start < 0:
+            continue
+        start = content.find(b"\n", start) + 1
+        if is_binary_4:
+            counts = list(struct.unpack("=2Q", content[start : start + 16]))
+        else:
+            line = content[start : start + 200].partition(b"\n")[0]
+            counts = [int(word) for word in line.split()[:2]]
+        if max(counts, default=0) > len(content):
+            what = marker.decode().strip("$").lower()
+            raise ValueError(f"it says that it has {max(counts)} {what}, more than it can have")
+
+
+def _is_whole(block: Any) -> bool:
+    """Returns whether elements of one type are there, with all their nodes."""
+    nodes = NODES.get(block.type, block.data.shape[-1])
+    return bool(block.data.size) and block.data.shape[1:] == (nodes,)
 
 
 def group_names(mesh: Any, dimension: int) -> dict[int, str]:

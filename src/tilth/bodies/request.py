@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from tilth.mpm.grid import Grid
 
 MAXIMUM_POINTS = 1_000_000_000
-MAXIMUM_PER_CELL = 1000  # points per cell and direction
+MAXIMUM_PER_CELL = 200  # points per cell and direction; `tilth check` takes 10 s at most
 # Largest distance of neighbouring points [cell sizes]. With one point per cell and a body that does
 # not fit the grid it is at most this; beyond it cells inside the body may be empty.
 MAXIMUM_SPACING = 1.5

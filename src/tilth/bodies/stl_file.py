@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Closed triangulated surfaces in STL files."""
+"""Triangulated surfaces in STL files: closed ones, and open ones with two sides."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from tilth.arrays import Floats, Integers
+from tilth.arrays import Flags, Floats, Integers
 from tilth.bodies.covering import require_shells_nested
 from tilth.errors import BadInput
+from tilth.input_files import why_failed, why_no_file
+from tilth.memory_errors import is_memory_error
 
 # Corners nearer than this, relative to the largest extent or coordinate, are merged: the precision
 # of a binary file.
@@ -27,20 +29,14 @@ def closed_surface(corner: Floats) -> tuple[Floats, Integers, float]:
     Raises BadInput, without key, if the surface is not closed, encloses no volume, or encloses a
     place more than once or less than not at all.
     """
-    corner = np.asarray(corner, dtype=np.float64)
-    if not len(corner) or not np.isfinite(corner).all():
-        raise BadInput(
-            "contains no triangles"
-            if not len(corner)
-            else "has coordinates that are not finite numbers",
-            "save the surface of a body as triangles",
-        )
-    vertex, node = merged(corner)
-    node = node[(node != np.roll(node, 1, axis=1)).all(axis=1)]
-    problem = _not_closed(node, vertex)
-    if problem:
+    vertex, node = _merged_triangles(corner)
+    problems = [*_border_edges(node, vertex), *_wrong_edges(node, vertex)]
+    if problems:
         remedy = "repair the mesh (close its holes, turn its triangles alike), save it again"
-        raise BadInput(problem, remedy)
+        if len(problems) == 1 and _border_edges(node, vertex):
+            remedy += '; or, of a boundary, give soil = "front" for an open surface with the soil '
+            remedy += 'where the normals point, "back" for the other side'
+        raise BadInput(f"the surface is not closed: {'; '.join(problems)}", remedy)
     extent = float(np.ptp(vertex, axis=0).max())
     relative = (vertex - vertex.mean(axis=0))[node]
     volume = np.linalg.det(relative).sum() / 6.0
@@ -53,6 +49,38 @@ def closed_surface(corner: Floats) -> tuple[Floats, Integers, float]:
         node = node[:, ::-1]
     require_shells_nested(vertex, node)
     return vertex, node, abs(float(volume))
+
+
+def open_surface(corner: Floats) -> tuple[Floats, Integers]:
+    """Returns vertices (m, 3) and triangles (n, 3), turned as they are, of an open surface.
+
+    corner: coordinates of the triangles' corners (n, 3, 3) [length].
+    Raises BadInput, without key, if triangles are turned to different sides, more than two meet at
+    an edge, or the surface is closed.
+    """
+    vertex, node = _merged_triangles(corner)
+    problems, borders = _wrong_edges(node, vertex), _border_edges(node, vertex)
+    if problems:
+        remedy = "turn all triangles to one side, let at most two meet at an edge, save it again"
+        raise BadInput(f"is no surface with two sides: {'; '.join(problems)}", remedy)
+    if not borders:
+        remedy = 'give soil = "inside" or "outside"; "front" and "back" are sides of an open one'
+        raise BadInput("the surface is closed", remedy)
+    return vertex, node
+
+
+def _merged_triangles(corner: Floats) -> tuple[Floats, Integers]:
+    """Returns vertices and triangles without those that have two corners at one place."""
+    corner = np.asarray(corner, dtype=np.float64)
+    if not len(corner) or not np.isfinite(corner).all():
+        raise BadInput(
+            "contains no triangles"
+            if not len(corner)
+            else "has coordinates that are not finite numbers",
+            "save the surface of a body as triangles",
+        )
+    vertex, node = merged(corner)
+    return vertex, node[(node != np.roll(node, 1, axis=1)).all(axis=1)]
 
 
 def read_stl(file: Path, key: str) -> Floats:
@@ -68,19 +96,19 @@ def read_stl(file: Path, key: str) -> Floats:
             "an STL file needs the package meshio, which is not installed",
             "install it with `pip install meshio`",
         ) from error
-    if not file.is_file():
-        raise error_for("there is no such file", "check the name and the folder")
+    if reason := why_no_file(file):
+        raise error_for(reason, "check the name and the folder")
     try:
         with np.errstate(over="ignore"):  # meshio may read text as a number of triangles
             mesh = meshio.stl.read(file)
         node = mesh.get_cells_type("triangle")
         vertex = np.asarray(mesh.points, dtype=np.float64).reshape(-1, 3)
         return np.asarray(vertex[node.reshape(-1, 3)])
-    except (meshio.ReadError, OSError, ValueError, KeyError, IndexError, AttributeError) as error:
-        reason = str(error) or "it is not in that format, or not complete"
-        raise error_for(
-            f"cannot be read as an STL file: {reason}", "save the surface as an .stl file"
-        ) from error
+    except Exception as error:  # meshio raises all kinds for what is no surface
+        if is_memory_error(error):
+            raise
+        problem = f"cannot be read as an STL file: {why_failed(error)}"
+        raise error_for(problem, "save the surface as an .stl file") from error
 
 
 def merged(corner: Floats, relative: float = MERGE_TOLERANCE) -> tuple[Floats, Integers]:
@@ -101,22 +129,35 @@ def merged(corner: Floats, relative: float = MERGE_TOLERANCE) -> tuple[Floats, I
     return vertex[first], number[node].reshape(corner.shape[:2]).astype(np.int64)
 
 
-def _not_closed(node: Integers, vertex: Floats) -> str:
-    """Returns a message why triangles (n, 3) are no closed surface, or an empty text."""
+def _border_edges(node: Integers, vertex: Floats) -> list[str]:
+    """Returns what is wrong with triangles (n, 3) that are to be closed: edges of one triangle."""
+    ends, _, uses = _edges(node)
+    return _described(uses == 1, "with a triangle on one side only", ends, vertex)
+
+
+def _wrong_edges(node: Integers, vertex: Floats) -> list[str]:
+    """Returns what is wrong with triangles (n, 3) as a surface with two sides."""
+    ends, turns, uses = _edges(node)
+    more = _described(uses > 2, "with more than two triangles", ends, vertex)
+    opposite = (uses == 2) & (turns != 0.0)
+    what = "whose two triangles are turned to opposite sides"
+    return more + _described(opposite, what, ends, vertex)
+
+
+def _edges(node: Integers) -> tuple[Integers, Floats, Integers]:
+    """Returns the ends of all edges (k, 2), the sum of their directions, and of their triangles."""
     directed = np.stack([node, np.roll(node, -1, axis=1)], axis=2).reshape(-1, 2)
     forward = directed[:, 0] < directed[:, 1]
     ends, edge, uses = np.unique(
         np.sort(directed, axis=1), axis=0, return_inverse=True, return_counts=True
     )
     turns = np.bincount(edge.reshape(-1), weights=np.where(forward, 1.0, -1.0))
-    problems = []
-    for wrong, description in (
-        (uses == 1, "with a triangle on one side only"),
-        (uses > 2, "with more than two triangles"),
-        ((uses == 2) & (turns != 0.0), "whose two triangles are turned to opposite sides"),
-    ):
-        if wrong.any():
-            first = vertex[ends[np.argmax(wrong)]].mean(axis=0)
-            where = ", ".join(f"{c:.6g}" for c in first)
-            problems.append(f"{wrong.sum()} edges {description} (the first near {where})")
-    return f"the surface is not closed: {'; '.join(problems)}" if problems else ""
+    return ends.astype(np.int64), np.asarray(turns, dtype=float), uses.astype(np.int64)
+
+
+def _described(wrong: Flags, what: str, ends: Integers, vertex: Floats) -> list[str]:
+    if not wrong.any():
+        return []
+    first = vertex[ends[np.argmax(wrong)]].mean(axis=0)
+    where = ", ".join(f"{c:.6g}" for c in first)
+    return [f"{wrong.sum()} edges {what} (the first near {where})"]

@@ -30,7 +30,7 @@ def crossed_by_lines(corner: Floats, at: Floats) -> tuple[Integers, Integers, Fl
     low, high = corner[..., :2].min(axis=1), corner[..., :2].max(axis=1)
     left, bottom = at.min(axis=0)
     extent = np.ptp(at, axis=0)
-    extent[extent == 0.0] = 1.0
+    extent[extent == 0.0] = 1.0  # a single line
     columns = max(int(np.sqrt(len(at))), 1)
 
     def column_of(x: Floats) -> Integers:

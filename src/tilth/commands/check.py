@@ -47,6 +47,7 @@ def check(case: Path, picture: Path | None) -> None:
     from tilth.analysis.run_time import time_text
     from tilth.analysis.setup import setup_figures
     from tilth.output.disk import asked_to_write
+    from tilth.output.files import written_whole
     from tilth.report.texts import save
 
     file = case.with_suffix(".setup.png") if picture is None else picture
@@ -65,7 +66,8 @@ def check(case: Path, picture: Path | None) -> None:
     problem = f"the picture cannot be written to {file}"
     with asked_to_write(problem, "choose another file with --picture"):
         for name, figure in figures.items():
-            save(figure, files[name])
+            with written_whole(files[name]) as new:
+                save(figure, new)
     for text in (*setup.warnings, *([too_large] if too_large else [])):
         click.echo(visible(f"warning: {text}"), err=True)
     for name, drawn in files.items():

@@ -9,12 +9,16 @@ from pathlib import Path
 import click
 
 from tilth.errors import BadInput, Interrupted, visible
+from tilth.input_files import absolute
 
 CASE = click.argument("case", metavar="CASE.toml", type=click.Path(path_type=Path))
 FOLDER = click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
+MOST_THREADS = 1024
+"""Of the core, and processes of a study."""
+
 THREADS = click.option(
     "--threads",
-    type=click.IntRange(min=1),
+    type=click.IntRange(min=1, max=MOST_THREADS),
     help="Threads to compute with; all cores if not given. The results do not depend on it.",
 )
 UNTIL = click.option(
@@ -41,7 +45,7 @@ QUIET = click.option("--quiet", is_flag=True, help="Print nothing but errors.")
 def folder_of_results(case: Path, out: Path | None) -> Path:
     """Returns the folder of the results: `out`, or one beside the case file and named after it."""
     folder = case.with_suffix(".results" if not case.suffix else "") if out is None else out
-    if folder.resolve() == case.parent.resolve():
+    if absolute(folder) == absolute(case.parent):
         raise BadInput(
             f"the results cannot go into {folder}, the folder of the case file itself",
             "choose another folder with --out",

@@ -26,6 +26,7 @@ def schema(element: bool, out: Path | None) -> None:
     """
     from tilth.model.json_schema import case_schema, element_schema
     from tilth.output.disk import asked_to_write
+    from tilth.output.files import written_whole
 
     declared = element_schema() if element else case_schema()
     text = json.dumps(declared, indent=1, ensure_ascii=False)
@@ -34,5 +35,9 @@ def schema(element: bool, out: Path | None) -> None:
         return
     problem = f"the schema cannot be written to {out}"
     with asked_to_write(problem, "choose another file with --out"):
-        out.write_text(text + "\n", encoding="utf-8")
+        if out.exists() and not out.is_file():  # such as /dev/stdout
+            out.write_text(text + "\n", encoding="utf-8")
+        else:
+            with written_whole(out) as new:
+                new.write_text(text + "\n", encoding="utf-8")
     click.echo(visible(f"schema written to {out}"))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from tilth.commands.common import OUT, QUIET, folder_of_results, say_what_runs
+from tilth.commands.common import MOST_THREADS, OUT, QUIET, folder_of_results, say_what_runs
 from tilth.errors import EXIT_ANALYSIS_FAILED, BadInput, Interrupted, visible
 
 
@@ -17,7 +17,7 @@ from tilth.errors import EXIT_ANALYSIS_FAILED, BadInput, Interrupted, visible
 @OUT
 @click.option(
     "--processes",
-    type=click.IntRange(min=1),
+    type=click.IntRange(min=1, max=MOST_THREADS),
     help="Samples to run at the same time, each with one thread; as many as cores if not given. "
     "The table does not depend on it.",
 )

@@ -13,10 +13,11 @@ import numpy as np
 
 from tilth.element_tests.plots import draw_plot
 from tilth.element_tests.result import ElementResult
+from tilth.input_files import require_file, require_plain_files
 from tilth.model import ElementCase
 from tilth.model.element_case import picture_of, table_of
 from tilth.output.disk import writing
-from tilth.output.files import write_durably
+from tilth.output.files import write_durably, written_whole
 from tilth.report.texts import save
 
 LIST = "element_tests.json"
@@ -31,10 +32,12 @@ def write_outputs(case: ElementCase, results: Sequence[ElementResult], folder: P
 
     Raises:
         AnalysisFailed: a file cannot be written.
+        BadInput: something else than a file has the name of one.
     """
-    _remove_earlier(folder)
     files = [table_of(result.test, result.material) for result in results]
     pictures = [picture_of(plot) for plot in case.plots]
+    require_plain_files(folder / name for name in (LIST, *files, *pictures))
+    _remove_earlier(folder)
     content = json.dumps([*files, *pictures], indent=1, ensure_ascii=False) + "\n"
     _write(folder / LIST, content)
     for file, result in zip(files, results, strict=True):
@@ -43,8 +46,8 @@ def write_outputs(case: ElementCase, results: Sequence[ElementResult], folder: P
         names = plot.tests or [test.name for test in case.tests]
         chosen = [result for result in results if result.test in names]
         figure = draw_plot(plot, chosen, case.title)
-        with writing(folder / picture, _REMEDY):
-            save(figure, folder / picture, dpi=110)
+        with writing(folder / picture, _REMEDY), written_whole(folder / picture) as new:
+            save(figure, new, dpi=110)
 
 
 def _remove_earlier(folder: Path) -> None:
@@ -80,6 +83,7 @@ def _write(file: Path, text: str) -> None:
 def _listed(file: Path) -> list[str]:
     """Returns the names in an earlier list that can be those of outputs."""
     try:
+        require_file(file)
         names = json.loads(file.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):
         return []

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from tilth.errors import BadInput
 from tilth.export.files import NewFolder
 from tilth.export.source import CORNERS, Source
+from tilth.input_files import absolute
 from tilth.output.snapshot import Snapshot
 from tilth.output.vtkhdf_layout import FAMILIES, block_names
 from tilth.plot.names import not_one_of
@@ -87,7 +88,7 @@ def _script(
     part = {"": "", "Magnitude": ", magnitude"}.get(component, f", {component.lower()}")
     time_unit = results.units.get("time", "")
     values = {
-        "RESULTS": str(results.path.resolve()),
+        "RESULTS": str(absolute(results.path)),
         "TITLE": results.title or "results",
         "DIMENSIONS": results.dim,
         "FIELD": field,

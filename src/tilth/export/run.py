@@ -15,6 +15,7 @@ from tilth.export.paraview_view import write_view
 from tilth.export.parts import Show
 from tilth.export.source import Times, source_of
 from tilth.export.vtk_files import write_vtk
+from tilth.input_files import absolute
 
 Format = Literal["vtk", "csv", "gmsh", "paraview"]
 FORMATS: tuple[Format, ...] = get_args(Format)
@@ -55,7 +56,7 @@ def export_run(
         )
     source = source_of(folder, times, fields)
     if out is None:
-        own = Path(folder).resolve()
+        own = absolute(folder)
         out = own.with_name(f"{own.name}_{to}")
     with new_folder(Path(out)) as into:
         if to == "paraview":

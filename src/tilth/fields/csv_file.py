@@ -10,6 +10,7 @@ import numpy as np
 
 from tilth.arrays import Floats
 from tilth.errors import BadInput
+from tilth.input_files import require_file
 from tilth.model.fields import GREATEST
 
 MOST_BYTES = 1_000_000_000
@@ -40,6 +41,7 @@ def read_csv(
 
     path = Path(file)
     try:
+        require_file(path)
         if path.stat().st_size > MOST_BYTES:
             raise refused("is larger than 1 GB", "use fewer rows")
         text = path.read_text(encoding="utf-8-sig")

@@ -11,6 +11,7 @@ from tilth.arrays import Floats
 from tilth.errors import BadInput
 from tilth.fields.csv_file import MOST_BYTES
 from tilth.fields.grid_file import RegularGrid, read_grid
+from tilth.input_files import require_file
 
 NAMES = ("value", "z", "height", "elevation")
 """Names of the column of heights in a CSV file."""
@@ -38,6 +39,13 @@ def read_heights(file: str, axes: int, key: str) -> RegularGrid:
     return _read_ascii(file, key)
 
 
+def _count(name: str, value: float) -> int:
+    """Returns a number of rows or columns; raises `ValueError` if it is none."""
+    if not value.is_integer():
+        raise ValueError(f"{name} = {value:g} is not a whole number")
+    return int(value)
+
+
 def _read_ascii(file: str, key: str) -> RegularGrid:
     """Reads a grid of rows from north to south below a header of names and numbers."""
 
@@ -46,6 +54,7 @@ def _read_ascii(file: str, key: str) -> RegularGrid:
 
     path = Path(file)
     try:
+        require_file(path)
         if path.stat().st_size > MOST_BYTES:
             raise refused("is larger than 1 GB", "cut out the part with the soil")
         lines = path.read_text(encoding="utf-8-sig").splitlines()
@@ -62,7 +71,7 @@ def _read_ascii(file: str, key: str) -> RegularGrid:
                 break
             header[words[0].lower()] = float(words[1])
             first += 1
-        columns, rows = int(header["ncols"]), int(header["nrows"])
+        columns, rows = (_count(name, header[name]) for name in ("ncols", "nrows"))
         size = [header[f"d{axis}"] if f"d{axis}" in header else header["cellsize"] for axis in "xy"]
         origin = [
             header[f"{axis}llcenter"]

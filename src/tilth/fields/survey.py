@@ -79,8 +79,8 @@ class Survey:
 
 
 def map_text(place: Floats) -> str:
-    """Returns a place in plan (2,) with the digits that map coordinates need."""
-    return f"({place[0]:.10g}, {place[1]:.10g})"
+    """Returns a place in plan (dim - 1,) with the digits that map coordinates need."""
+    return f"({', '.join(f'{each:.10g}' for each in place)})"
 
 
 def read_survey(file: str, axes: int, key: str) -> Survey:

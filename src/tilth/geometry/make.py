@@ -19,11 +19,13 @@ from tilth.geometry.cone import Cone, section
 from tilth.geometry.footing import Footing
 from tilth.geometry.level_set import LevelSet
 from tilth.geometry.mesh_group import group_line, group_surface
+from tilth.geometry.open_surface import OpenSurface
 from tilth.geometry.plane import Plane
 from tilth.geometry.polyline import Polyline
 from tilth.geometry.protocol import Geometry
 from tilth.geometry.round import Circle, Cylinder, Sphere
 from tilth.geometry.spline import SplineGeometry
+from tilth.geometry.terrain import terrain_surface
 from tilth.geometry.triangle_mesh import TriangleMesh
 from tilth.model import ImplicitBoundary, Model, RigidBody
 from tilth.model.fields import per_direction
@@ -132,7 +134,12 @@ def _function(declaration: declared.FunctionGeometry, model: Model, key: str) ->
 
 
 def _stl(stl: declared.StlGeometry, model: Model, key: str) -> Geometry:
-    return TriangleMesh.from_file(stl.file, stl.soil, key=f"{key}.file")
+    kind = OpenSurface if stl.is_open else TriangleMesh
+    return kind.from_file(stl.file, stl.soil, key=f"{key}.file")
+
+
+def _terrain(terrain: declared.TerrainGeometry, model: Model, key: str) -> Geometry:
+    return terrain_surface(terrain, key)
 
 
 def _mesh(mesh: declared.MeshGeometry, model: Model, key: str) -> Geometry:
@@ -158,6 +165,7 @@ GEOMETRIES: dict[type[DeclaredGeometry], Callable[[Any, Model, str], Geometry]] 
     declared.BoxGeometry: _box,
     declared.FunctionGeometry: _function,
     declared.StlGeometry: _stl,
+    declared.TerrainGeometry: _terrain,
     declared.MeshGeometry: _mesh,
     declared.FootingGeometry: _footing,
     declared.PlateGeometry: _plate,

@@ -13,6 +13,7 @@ from tilth.arrays import Flags, Floats, Integers
 from tilth.bodies.gmsh_file import FLATNESS_TOLERANCE, group_names, group_tags, read_gmsh
 from tilth.bodies.stl_file import merged
 from tilth.errors import BadInput
+from tilth.geometry.open_surface import OpenSurface
 from tilth.geometry.triangle_mesh import TriangleMesh
 from tilth.model.crossings import crosses_itself
 from tilth.model.problems import unknown_name
@@ -66,14 +67,19 @@ def group_line(file: str, group: str, key: str) -> tuple[Floats, bool]:
 
 
 def group_surface(file: str, group: str, soil: str, key: str) -> TriangleMesh:
-    """Returns the closed surface that a group's triangles form, with the soil inside or outside.
+    """Returns the surface that a group's triangles form, with the soil on a side.
 
-    The sides to which the triangles are turned in the file do not matter.
+    It is closed with the sides "inside" and "outside"; then those to which the triangles are turned
+    in the file do not matter. With "front" and "back" it is open: in front their normals point.
     key: of the geometry in the case file, for messages.
     Raises BadInput for a file that cannot be read, an unknown group, and triangles that are not one
     closed surface.
     """
-    vertex, node = merged(group_corners(file, group, 3, key), SAME_NODE)
+    corner = group_corners(file, group, 3, key)
+    if soil in ("front", "back"):
+        where = f"{key}.group"
+        return OpenSurface.from_corners(corner, soil == "front", key=where, value=group)
+    vertex, node = merged(corner, SAME_NODE)
     node, pieces = _turned_alike(node)
     if pieces > 1:
         raise BadInput(

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Closed triangulated surface, read from an STL file."""
+"""Closed triangulated surface, read from an STL file; that of open ones is `OpenSurface`."""
 
 from __future__ import annotations
 
@@ -44,8 +44,15 @@ class TriangleMesh:
             vertex, node, self.volume = closed_surface(corner)
         except BadInput as error:
             raise BadInput(error.problem, error.remedy, key=key, value=value) from None
+        self._set(vertex, node, -1.0 if inside else 1.0)
+
+    def _set(self, vertex: Floats, node: Integers, sign: float) -> Integers:
+        """Sets the triangles of a surface; returns those of some area, shape (n, 3).
+
+        sign: 1 if the soil is where the triangles are anticlockwise, -1 if on the other side.
+        """
         extent = float(np.ptp(vertex, axis=0).max())
-        self._sign = -1.0 if inside else 1.0
+        self._sign = sign
         twice_area = np.cross(
             vertex[node[:, 1]] - vertex[node[:, 0]], vertex[node[:, 2]] - vertex[node[:, 0]]
         )
@@ -61,6 +68,7 @@ class TriangleMesh:
         self._centre = self.corner.mean(axis=1)
         self._radius = np.linalg.norm(self.corner - self._centre[:, None], axis=2).max(axis=1)
         self._size_classes = _size_classes(self._centre, self._radius)
+        return node
 
     @classmethod
     def from_file(cls, path: str | Path, soil: str, *, key: str = "geometry.file") -> TriangleMesh:

@@ -35,6 +35,7 @@ from tilth.model.geometry import PolylineGeometry as PolylineGeometry
 from tilth.model.geometry import SphereGeometry as SphereGeometry
 from tilth.model.geometry import SplineGeometry as SplineGeometry
 from tilth.model.geometry import StlGeometry as StlGeometry
+from tilth.model.geometry import TerrainGeometry as TerrainGeometry
 from tilth.model.ground_motion import Ground as Ground
 from tilth.model.ground_motion import GroundAcceleration as GroundAcceleration
 from tilth.model.implicit import ImplicitBoundary as ImplicitBoundary

@@ -14,10 +14,10 @@ from tilth.model.base import Declared, chosen_by
 from tilth.model.fields import (
     AXES,
     Axis,
+    CellName,
     Components,
     Displacement,
     Matrix,
-    Name,
     Real,
     Table,
     Vector,
@@ -40,7 +40,7 @@ Ranges = Annotated[Mapping[Axis, Interval], AfterValidator(some)]
 
 
 class _NodalBoundary(Declared):
-    name: Name
+    name: CellName
     """Name of the boundary, unique."""
     components: Components | None = None
     """With condition "fixed": displacement components that are zero; all if not given."""
@@ -146,7 +146,7 @@ class AffineBoundary(Declared):
     """
 
     type: Literal["affine"] = "affine"
-    name: Name
+    name: CellName
     """Name of the boundary, unique."""
     deformation_gradient: Matrix
     """F at factor 1 [-], shape (dimension, dimension); in axisymmetry [[F_rr, 0], [0, F_zz]]."""

@@ -24,6 +24,7 @@ from tilth.model.stage_checks import problems_in_stages, stage_problems
 from tilth.model.staging import loading_stages
 from tilth.model.surface import SurfaceLoad
 from tilth.model.track_checks import track_problems
+from tilth.model.turns import turns_in_steps
 
 if TYPE_CHECKING:
     from tilth.model.model import Model
@@ -62,6 +63,7 @@ def problems_of_stage(model: Model) -> Iterator[Problem]:
     yield from _needs_gravity(model)
     yield from _affine_stands_alone(model)
     yield from _constrained_directions(model)
+    yield from turns_in_steps(model)
 
 
 def _without_schedule(model: Model) -> Iterator[Problem]:

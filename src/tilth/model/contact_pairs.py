@@ -11,7 +11,7 @@ from pydantic import AfterValidator, BeforeValidator
 from tilth.errors import Problem
 from tilth.model.base import Declared
 from tilth.model.contact import Contact
-from tilth.model.fields import AsTuple, Entries, Name
+from tilth.model.fields import AsTuple, CellName, Entries, Name
 from tilth.model.problems import reject, unknown_name
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ class ContactPair(Declared):
     the nodes of the grid where they meet, and stick together.
     """
 
-    name: Name
+    name: CellName
     """Name of the contact in results, unique, also among boundaries and rigid bodies."""
     bodies: TwoBodies
     """Names of the two bodies. On the tracked surface of the first, which it must have, the contact

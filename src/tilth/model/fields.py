@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal, TypeVar
 from pydantic import AfterValidator, BeforeValidator, PlainValidator
 from pydantic_core import PydanticCustomError
 
-from tilth.errors import Problem
+from tilth.errors import BadInput, Problem
 from tilth.model.problems import reject, rejection
 from tilth.model.texts import CellName as CellName
 from tilth.model.texts import FileName as FileName
@@ -149,6 +149,20 @@ def _countable(number: int) -> int:
     if number > MOST:
         raise reject(f"must be at most {MOST:,}")
     return number
+
+
+def count_of(key: str, given: Any, default: int) -> int:
+    """Returns how many threads or processes a function of the user's uses: `default` if None.
+
+    Raises:
+        BadInput: the number is no whole number from 1 on.
+    """
+    try:
+        return default if given is None else _count(given)
+    except PydanticCustomError as error:
+        (problem,) = (error.context or {})["problems"]
+        remedy = f"leave it out for {default}, or give 1 for one"
+        raise BadInput(problem.problem, remedy, key=key, value=given) from None
 
 
 def _flag(value: Any) -> bool:

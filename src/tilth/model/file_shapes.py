@@ -39,7 +39,8 @@ class Outline(FileShape):
 
     DXF: the lines, polylines, arcs, circles, ellipses and splines of one layer, whose ends meet;
     curves become chords that leave them by at most 1e-4 of their extent. GeoJSON: one polygon, in
-    plane coordinates. The outline of the largest area is that of the body, those in it are holes.
+    plane coordinates; longitude and latitude in degrees are refused. The outline of the largest
+    area is that of the body, those in it are holes.
     """
 
     dimensions = (2,)

@@ -37,6 +37,7 @@ from tilth.model.shapes import box_axes, turned_box_problems
 from tilth.model.solid_geometries import ConeGeometry as ConeGeometry
 from tilth.model.solid_geometries import FootingGeometry as FootingGeometry
 from tilth.model.solid_geometries import PlateGeometry as PlateGeometry
+from tilth.model.variation import Level
 
 
 class PlaneGeometry(DeclaredGeometry):
@@ -312,22 +313,69 @@ class FunctionGeometry(DeclaredGeometry):
 
 
 class StlGeometry(DeclaredGeometry):
-    """Closed surface of triangles in an STL file (3D)."""
+    """Surface of triangles in an STL file (3D), closed or open, as that of a terrain.
+
+    An open one needs triangles that are turned to one side. It must reach beyond the soil on all
+    sides: beyond its border there is nothing that holds it.
+    """
 
     dimensions = (3,)
 
     type: Literal["stl"] = "stl"
     file: FileName
     """Path of the .stl file, relative to the case file."""
-    soil: Literal["inside", "outside"]
-    """Whether the soil is inside or outside."""
+    soil: Literal["inside", "outside", "front", "back"]
+    """Side of the soil: "inside" or "outside" of a closed surface; of an open one "front", the side
+    to which the normals of the triangles point, from which their corners follow each other
+    anticlockwise, or "back".
+    """
+
+    @property
+    def is_open(self) -> bool:
+        """Whether it is an open surface."""
+        return self.soil in ("front", "back")
+
+
+class TerrainGeometry(DeclaredGeometry):
+    """Surface of a terrain over a rectangle in plan (3D), or a stretch of x (2D).
+
+    In 2D it is the polyline through its heights. In 3D it consists of triangles: four for each cell
+    of a grid, which meet above its middle at the mean of its corners, or those between survey
+    points. It must reach beyond the soil on all sides: beyond its border nothing holds it.
+    """
+
+    dimensions = (2, 3)
+
+    type: Literal["terrain"] = "terrain"
+    surface: Level
+    """Elevation of the surface [length], as that of a body of this type: a number, in 2D also rows
+    (x, elevation), or { file = "heights.csv" } with a grid over the horizontal axes, also an ESRI
+    ASCII grid (.asc), or in 3D { file = "survey.csv", places = "scattered" }.
+    """
+    lower: Vector
+    """Least horizontal coordinates [length], shape (dimension - 1,): [x], in 3D [x, y]."""
+    upper: Vector
+    """Greatest horizontal coordinates [length]; the surface must reach as far."""
+    soil: Literal["above", "below"]
+    """Whether the soil is above or below the surface."""
+
+    def size_problems(self, dimension: int) -> Iterator[Problem]:
+        """As `DeclaredGeometry.size_problems`."""
+        for key in ("lower", "upper"):
+            corner = getattr(self, key)
+            if len(corner) != dimension - 1:
+                what = f"has {len(corner)} components, not one for each horizontal axis"
+                yield Problem(key, what, "give [x] in 2D, [x, y] in 3D", corner)
+                return
+        if any(high <= low for low, high in zip(self.lower, self.upper, strict=True)):
+            yield Problem("upper", "must exceed `lower` in every direction", "", self.upper)
 
 
 class MeshGeometry(DeclaredGeometry):
-    """Line (2D) or closed surface (3D) given by a physical group of a Gmsh mesh.
+    """Line (2D) or surface (3D), open or closed, given by a physical group of a Gmsh mesh.
 
-    In 2D the line elements of the group must form one line, open or closed; in 3D its triangles one
-    closed surface. Their directions in the file do not matter.
+    In 2D the line elements of the group must form one line, in 3D its triangles one surface. Their
+    directions in the file do not matter, unless a surface is open: then all are turned to one side.
     """
 
     dimensions = (2, 3)
@@ -337,17 +385,22 @@ class MeshGeometry(DeclaredGeometry):
     """Path of the .msh file, relative to the case file."""
     group: Name
     """Name of the physical group of lines (2D) or triangles (3D); the number of one without."""
-    soil: Literal["inside", "outside", "left", "right", "both"]
+    soil: Literal["inside", "outside", "left", "right", "both", "front", "back"]
     """Side of the soil: "inside" or "outside" of a closed line or surface; "left" or "right" of an
     open line, looking along it from its end of least x (of least y if both have the same x), so
-    that "left" is above the surface of the ground; in 2D also "both", for a thin plate.
+    that "left" is above the surface of the ground; in 2D also "both", for a thin plate; in 3D
+    "front" or "back" of an open surface, as of an STL file.
     """
 
     def size_problems(self, dimension: int) -> Iterator[Problem]:
         """As `DeclaredGeometry.size_problems`."""
-        if dimension == 3 and self.soil not in ("inside", "outside"):
-            remedy = 'give "inside" or "outside"'
-            yield Problem("soil", "is no side of a closed surface", remedy, self.soil)
+        sides = ("inside", "outside", "front", "back")
+        if dimension == 3 and self.soil not in sides:
+            remedy = 'give "inside" or "outside" of a closed one, "front" or "back" of an open one'
+            yield Problem("soil", "is no side of a surface", remedy, self.soil)
+        if dimension == 2 and self.soil in ("front", "back"):
+            remedy = 'give "left" or "right" of an open line'
+            yield Problem("soil", "is a side of a surface, in 3D", remedy, self.soil)
 
     @property
     def has_two_sides(self) -> bool:

@@ -15,6 +15,7 @@ from tilth.model.contact import Contact
 from tilth.model.fields import (
     Angle,
     Axis,
+    CellName,
     Direction,
     Displacement,
     Name,
@@ -40,7 +41,8 @@ class Rotation(Declared):
     """Rotation of an implicit boundary about a point or an axis; not in axisymmetry."""
 
     angle: Angle
-    """Angle at factor 1 [degrees], anticlockwise; in 3D by the right-hand rule about the axis."""
+    """Angle at factor 1 [degrees], anticlockwise; in 3D by the right-hand rule about the axis. At
+    most 90 degrees in a step of the schedule."""
     centre: Vector
     """Centre of the rotation [length], shape (dimension,)."""
     axis: Axis | None = None
@@ -58,7 +60,7 @@ class ImplicitBoundary(Declared):
     """
 
     type: Literal["implicit"] = "implicit"
-    name: Name
+    name: CellName
     """Name of the boundary, unique."""
     geometry: Geometry
     """Its position at time 0, and the side of the soil."""

@@ -57,8 +57,8 @@ class Inertia(Declared):
     """Rayleigh damping; none if not given."""
     largest_error: Positive | None = None
     """Largest local error of the displacement in a step [cells]; a step with more is shortened, and
-    shortened steps grow again up to those of the schedule. 0.001 is a common value; no limit if not
-    given."""
+    shortened steps grow again up to those of the schedule. The run fails if `minimum_step` of the
+    schedule is still too long. 0.001 is a common value; no limit if not given."""
     largest_motion: Positive | None = None
     """Largest displacement of a material point in a step [cells], as `largest_error`."""
 

@@ -9,10 +9,11 @@ from typing import Any, ClassVar, NoReturn
 
 import numpy as np
 
+from tilth import _core
 from tilth.arrays import Floats
 from tilth.errors import BadInput
 from tilth.model.state_names import name_problem
-from tilth.model.user_function import described, load_name
+from tilth.model.user_function import FAILURES, described, load_name, real_numbers
 
 ELASTIC = ("moduli", "energy", "elastic_strain")
 """Methods of the elastic part; Hencky elasticity stands for those that a class does not have."""
@@ -50,6 +51,7 @@ class PythonLaw:
         self._file, self._name = file, name
         self._reference, self._key = reference, key
         self.title = f"the law `{name}` in `{Path(file).name}`"
+        self._label = f"{self.title} ({key})"
         found = load_name(reference, "", key=f"{key}.class", what="class")
         if not isinstance(found, type):
             self._refuse(
@@ -57,8 +59,9 @@ class PythonLaw:
                 f"define it as a class: `class {name}: ...`",
             )
         try:
-            self._law = found(**parameters)
-        except (Exception, SystemExit) as error:
+            with _core.UserCode(self._label):
+                self._law = found(**parameters)
+        except FAILURES as error:
             self._refuse(
                 f"{self.title} cannot be made of its parameters: {described(error, file)}",
                 "it is called with the entries of `parameters` as keyword arguments: "
@@ -137,11 +140,17 @@ class PythonLaw:
         """Returns the stored energy per initial volume [stress], (n,), of an elastic strain (n, 3).
 
         Raises:
-            BadInput: the method fails, or returns another shape.
+            BadInput: the method fails, or returns another shape or values that are not finite.
         """
         if hasattr(self._law, "energy"):
             found = self._call(self._law.energy, strain, state)
-            return self._array("energy", "energy", found, (len(strain),))
+            energy = self._array("energy", "energy", found, (len(strain),))
+            if not np.isfinite(energy).all():
+                self._refuse(
+                    f"`energy` of {self.title} returned a value that is not finite",
+                    "it must be finite for every elastic strain",
+                )
+            return energy
         volumetric = strain.sum(axis=1)
         deviator = strain - volumetric[:, None] / 3.0
         return np.asarray(
@@ -170,10 +179,10 @@ class PythonLaw:
             for name, each in zip(("bulk", "shear"), found, strict=True)
         ]
         moduli = np.stack(both, axis=1)
-        if not (moduli > 0.0).all():
+        if not ((moduli > 0.0) & np.isfinite(moduli)).all():
             self._refuse(
-                f"`moduli` of {self.title} returned a modulus that is not positive",
-                "both moduli must be greater than zero in every state",
+                f"`moduli` of {self.title} returned a modulus that is not positive and finite",
+                "both moduli must be greater than zero, and finite, in every state",
             )
         return moduli
 
@@ -209,9 +218,10 @@ class PythonLaw:
 
     def _call(self, method: Callable[..., Any], *arguments: Floats) -> Any:
         try:
-            with np.errstate(all="ignore"):  # points without a solution are found by their NaN
+            # points without a solution are found by their NaN
+            with _core.UserCode(self._label), np.errstate(all="ignore"):
                 return method(*arguments)
-        except (Exception, SystemExit) as error:
+        except FAILURES as error:
             self._refuse(
                 f"`{method.__name__}` of {self.title} failed: {described(error, self._file)}",
                 f"it must accept any number of points, here {len(arguments[0])}",
@@ -219,20 +229,21 @@ class PythonLaw:
             )
 
     def _array(self, method: str, name: str, value: Any, shape: tuple[int, ...]) -> Floats:
+        wanted = f"an array of shape (n{''.join(f', {x}' for x in shape[1:])}) for n points"
         try:
-            array = np.array(value, dtype=np.float64, order="C")
+            array = real_numbers(value)
         except (TypeError, ValueError) as error:
             self._refuse(
-                f"`{method}` of {self.title} returned a {type(value).__name__} as {name}, not an "
-                "array of numbers",
-                f"return an array of shape {shape}",
+                f"`{method}` of {self.title} returned {error} as {name}, not an array of real "
+                "numbers",
+                f"return {wanted}, of real numbers",
                 error,
             )
         if array.shape != shape:
             self._refuse(
                 f"`{method}` of {self.title} returned {name} of shape {array.shape} for "
                 f"{shape[0]} points, not {shape}",
-                f"return an array of shape (n{''.join(f', {x}' for x in shape[1:])}) for n points",
+                f"return {wanted}",
             )
         return array
 

@@ -17,7 +17,7 @@ from tilth.model.fields import (
     AngularVelocity,
     AsTuple,
     Axis,
-    Name,
+    CellName,
     NumberOrTable,
     NumberOrTablePerAxis,
     Positive,
@@ -51,7 +51,7 @@ class RigidBody(Declared):
     component.
     """
 
-    name: Name
+    name: CellName
     """Name of the body, unique, also among boundaries."""
     geometry: Geometry | None = None
     """Its shape at time 0, and the side of the soil."""
@@ -78,7 +78,7 @@ class RigidBody(Declared):
     rotation: NumberOrTablePerAxis | None = None
     """Prescribed rotation about the centre [degrees], anticlockwise: a number, which `factor`
     multiplies, or rows (time, value). In 3D components x, y, z of the rotation vector; what is not
-    named is free.
+    named is free. At most 90 degrees in a step of the schedule.
     """
     factor: Table | None = None
     """Rows (time, factor) of all numbers in `displacement` and `rotation`, first factor 0; 0 to 1

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from tilth.errors import Problem
 from tilth.model.boundaries import AffineBoundary, NodeBoundary, PlaneBoundary
 from tilth.model.fields import AXES
-from tilth.model.geometry import GEOMETRIES, DeclaredGeometry
+from tilth.model.geometry import GEOMETRIES, DeclaredGeometry, TerrainGeometry
 from tilth.model.implicit import ImplicitBoundary
 from tilth.model.initial import AtRest
 from tilth.model.loads import BodyForce, LineForce, PointForce, SeismicLoad
@@ -168,6 +168,9 @@ def levels(model: Model) -> Iterator[tuple[str, Any]]:
         for j, layer in enumerate(body.layers):
             if layer.bottom is not None:
                 yield f"bodies[{i}].layers[{j}].bottom", layer.bottom
+    for key, geometry in model.geometries():
+        if isinstance(geometry, TerrainGeometry):
+            yield f"{key}.surface", geometry.surface
     for i, entry in enumerate(model.initial.stress):
         if isinstance(entry, AtRest) and entry.ground is not None:
             yield f"initial.stress[{i}].ground", entry.ground

@@ -26,7 +26,7 @@ FactorTolerance = Annotated[Positive, AfterValidator(_not_too_fine)]
 
 
 class StrengthReduction(Declared):
-    """Strength reduction: c and tan(phi), or s_u, divided by a factor until no equilibrium is left.
+    """Strength reduction: c and tan(phi), or s_u, divided by a factor until the soil collapses.
 
     Loads and boundaries stay as they are at the start; the state of the soil does not change.
     """
@@ -36,9 +36,10 @@ class StrengthReduction(Declared):
     """Name in reports."""
     tolerance: FactorTolerance = 0.01
     """Greatest difference of the two factors between which the factor of safety lies [-], at least
-    1e-4."""
+    1e-4; what is undecided leaves a greater one."""
     start: Positive = 1.0
-    """Factor that is tried first [-]; smaller ones follow if it has no equilibrium."""
+    """Factor that is tried first [-]; smaller ones follow if it has no equilibrium. At 1 the soil
+    is as the run left it: only a collapse leads below."""
     first_step: Positive = 0.1
     """First increase of the factor [-]; it is doubled while there is equilibrium, and halved where
     there is none."""
@@ -47,8 +48,9 @@ class StrengthReduction(Declared):
     maximum_factor: Positive = 20.0
     """Greatest factor that is tried [-]."""
     displacement_ratio: Positive = 10.0
-    """Largest displacement over the elastic one that still counts as equilibrium [-]. The elastic
-    displacement is the mean elastic strain of the soil times its thickness."""
+    """Displacement over the elastic one beyond which connected soil, at least three cells wide, has
+    collapsed [-]. The elastic displacement is the mean elastic strain of the soil times its
+    thickness."""
 
     @model_validator(mode="after")
     def _in_order(self) -> Any:

@@ -10,6 +10,7 @@ from pydantic import model_validator
 from tilth.errors import Problem
 from tilth.model.base import Declared
 from tilth.model.fields import (
+    CellName,
     Flag,
     Matrix,
     Name,
@@ -92,7 +93,7 @@ class SurfaceLoad(Declared):
     """Load distributed over a body's surface or a part of it; the body needs a `surface`."""
 
     type: Literal["surface"] = "surface"
-    name: Name | None = None
+    name: CellName | None = None
     """Name by which stages and messages refer to the load; different from those of other loads."""
     body: Name
     """Name of the body."""

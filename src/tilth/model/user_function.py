@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import sys
 import traceback
 from collections.abc import Callable
@@ -13,9 +14,34 @@ from typing import Any
 
 import numpy as np
 
+from tilth import _core
 from tilth.arrays import Floats
+from tilth.environment import USER_MODULE
 from tilth.errors import BadInput
+from tilth.input_files import absolute, why_no_file
 from tilth.model.problems import suggestion
+
+FAILURES = (Exception, SystemExit, GeneratorExit)
+"""What code of the user may raise, without the requests to stop."""
+
+
+def real_numbers(value: Any) -> Floats:
+    """Returns what code of the user gave as an array of its own, of the dtype float64.
+
+    Raises:
+        TypeError, ValueError: it is none of real numbers; the text says what it is.
+    """
+    if np.ma.is_masked(value):
+        raise TypeError("an array with masked entries")
+    try:
+        array = np.asarray(value)
+    except Exception:
+        array = np.asarray(None)
+    if array.dtype.kind not in "fiub":
+        kind = "a list of unlike entries" if array.dtype == object else f"{array.dtype} numbers"
+        kind = kind if isinstance(value, np.ndarray | np.generic) else f"a {type(value).__name__}"
+        raise TypeError(kind)
+    return np.array(array, dtype=np.float64, order="C")
 
 
 def load_function(
@@ -57,7 +83,7 @@ def load_name(reference: str, folder: str | Path, *, key: str, what: str = "func
             key=key,
             value=reference,
         )
-    path = (Path(folder) / file).resolve()
+    path = absolute(Path(folder) / file)
     module = _run(path, key, reference)
     if not hasattr(module, name):
         raise BadInput(
@@ -105,18 +131,19 @@ class UserFunction:
         if not len(places):  # as on one process of several; the function may not expect it
             return np.empty(wanted)
         try:
-            with np.errstate(all="ignore"):  # values that are not finite are refused below
+            # values that are not finite are refused below
+            with _core.UserCode(f"{self._name} ({self.key})"), np.errstate(all="ignore"):
                 result = self._function(places.copy(), *further)
-        except (Exception, SystemExit) as error:
+        except FAILURES as error:
             raise self._refused(
                 f"{self._name} failed: {described(error, file_of(self._function))}",
                 f"it must accept any array of positions, shape (n, {places.shape[1]})",
             ) from error
         try:
-            values = np.array(result, dtype=np.float64)
+            values = real_numbers(result)
         except (TypeError, ValueError) as error:
             raise self._refused(
-                f"{self._name} returned a {type(result).__name__}, not an array of numbers",
+                f"{self._name} returned {error}, not an array of real numbers",
                 self._remedy_for_shape(places.shape[1]),
             ) from error
         if values.shape != wanted:
@@ -151,21 +178,23 @@ class UserFunction:
 
 def _run(path: Path, key: str, reference: str) -> ModuleType:
     """Runs the file at `path` and returns its module."""
-    if not path.is_file():
+    if reason := why_no_file(path):
+        what = f"cannot be run: {reason}" if os.path.lexists(path) else "there is no such file"
         raise BadInput(
-            f"there is no file `{path}`",
+            f"`{path}`: {what}",
             _remedy_for_file(path),
             key=key,
             value=reference,
         )
     # Compiled here, not imported, to neither use nor write a `__pycache__` beside the user's file.
     digest = hashlib.sha256(str(path).encode()).hexdigest()[:16]
-    module = ModuleType(f"tilth_user_{path.stem}_{digest}")
+    module = ModuleType(f"{USER_MODULE}{path.stem}_{digest}")
     module.__file__ = str(path)
     sys.modules[module.__name__] = module  # dataclasses need their module there
     try:
-        exec(compile(path.read_bytes(), str(path), "exec", dont_inherit=True), module.__dict__)
-    except (Exception, SystemExit) as error:
+        with _core.UserCode(f"`{path.name}` ({key})"):
+            exec(compile(path.read_bytes(), str(path), "exec", dont_inherit=True), module.__dict__)
+    except FAILURES as error:
         del sys.modules[module.__name__]
         raise BadInput(
             f"`{path.name}` fails when it is run: {described(error, str(path))}",

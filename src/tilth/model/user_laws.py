@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import ctypes
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator
 
 from tilth.arrays import Floats
 from tilth.errors import BadInput, Problem
+from tilth.model.abaqus_utilities import load_umat
 from tilth.model.base import Declared
 from tilth.model.fields import FileName, Name, PythonFunction, Real, as_list, real
 from tilth.model.isotropic import AnyMaterial, Isotropic, ParametersAt, Values
@@ -39,6 +41,7 @@ class CompiledLaw:
 
     Attributes:
         title: the law in messages.
+        key: of the material in the case file.
         address: of the function in memory.
         initial: state variables at the start, shape (k,).
         owner: keeps the function in memory.
@@ -48,9 +51,15 @@ class CompiledLaw:
     hencky: ClassVar[bool] = True
 
     title: str
+    key: str
     address: int
     initial: Floats
     owner: Any
+
+    @property
+    def label(self) -> str:
+        """The law and its material, for the message if it ends the process."""
+        return f"{self.title} ({self.key})"
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,7 +236,7 @@ class UserCompiled(_UserBinary):
                 value=self.function,
             )
         title = f"the law `{name}` in `{Path(file).name}`"
-        source = CompiledLaw(title, address, self.initial, found)
+        source = CompiledLaw(title, key, address, self.initial, found)
         return Law(self.model, self.parameter_names, self.declared_variables(), False, source)
 
 
@@ -275,19 +284,12 @@ class UserUmat(_UserBinary):
         """Returns the law; loads the user's library.
 
         Raises:
-            BadInput: the library cannot be loaded, or has no such routine.
+            BadInput: the library cannot be loaded (see `load_umat`), or has no such routine.
         """
         file = Path(self.library)
-        try:
-            library = ctypes.CDLL(str(file.resolve()))
-        except OSError as error:
-            raise BadInput(
-                f"cannot be loaded: {error}",
-                "compile it as a shared library: gfortran -O2 -shared -fPIC -o libumat.so umat.f, "
-                "or the same with gcc; gfortran is in the package of this name",
-                key=f"{key}.library",
-                value=self.library,
-            ) from None
+        # what Fortran code prints is then not lost if it ends the process
+        os.environ.setdefault("GFORTRAN_UNBUFFERED_PRECONNECTED", "y")
+        library = load_umat(file, key, self.library)
         address = _address(getattr(library, self.routine, None))
         if address is None:
             raise BadInput(
@@ -298,7 +300,7 @@ class UserUmat(_UserBinary):
             )
         title = f"the law `{self.routine}` in `{file.name}`"
         name = self.routine.upper()[:UMAT_NAME]
-        source = Umat(title, address, self.initial, library, name)
+        source = Umat(title, key, address, self.initial, library, name)
         return Law(self.model, self.parameter_names, self.declared_variables(), False, source)
 
 

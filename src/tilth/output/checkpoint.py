@@ -14,6 +14,7 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from tilth.errors import BadInput
+from tilth.input_files import require_plain_files
 from tilth.output.disk import writing
 from tilth.output.files import RESTORE, removed_on_failure, replace_durably, temporary
 
@@ -48,6 +49,7 @@ def read_checkpoint(path: Path | str) -> tuple[dict[str, NDArray[Any]], dict[str
     check sums are tested).
     """
     path = Path(path)
+    require_plain_files([path])
     arrays: dict[str, NDArray[Any]] = {}
     try:
         with zipfile.ZipFile(path) as archive:

@@ -6,11 +6,12 @@ from __future__ import annotations
 import errno
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Any
 
 from tilth.errors import NOT_GIVEN, AnalysisFailed, BadInput
+from tilth.input_files import NoFile
 
 _REASONS = {
     errno.ENOSPC: "the disk is full",
@@ -31,6 +32,8 @@ def reason_of(error: OSError) -> str:
     """Returns why the system refused, in one line."""
     if error.errno in _REASONS:
         return _REASONS[error.errno]
+    if isinstance(error, NoFile):
+        return str(error.strerror)
     text = os.strerror(error.errno) if error.errno else str(error)
     return " ".join(text.split())
 
@@ -60,15 +63,27 @@ def asked_to_write(
 ) -> Iterator[None]:
     """Within this context an `OSError` for a file that the user named becomes `BadInput`.
 
-    One that is of the disk is raised as it is. ``problem`` is followed by the reason; the other
-    arguments are as of ``BadInput``.
+    One that is of the disk becomes `AnalysisFailed`. ``problem`` is followed by the reason; the
+    other arguments are as of ``BadInput``.
     """
     try:
         yield
     except OSError as error:
+        what = f"{problem}: {reason_of(error)}"
         if is_of_the_disk(error):
-            raise
-        raise BadInput(f"{problem}: {reason_of(error)}", remedy, key=key, value=value) from None
+            subject = "" if value is NOT_GIVEN else f"{value}: "
+            raise AnalysisFailed(
+                f"{subject}{what}", f"make room on the disk, or {remedy}"
+            ) from error
+        raise BadInput(what, remedy, key=key, value=value) from None
+
+
+def asked_to_save(path: Path, option: str = "--save") -> AbstractContextManager[None]:
+    """Returns `asked_to_write` for a picture or movie that the user named with an option."""
+    key = option.removeprefix("--")
+    return asked_to_write(
+        "cannot be written", f"choose another file with {option}", key=key, value=str(path)
+    )
 
 
 def _how_to_go_on(folder: Path) -> str:

@@ -9,6 +9,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from tilth.input_files import absolute, require_file
+
 WRITTEN_ASIDE = "new."
 """Before the number of a process that may write a file while another process does, too."""
 
@@ -55,6 +57,25 @@ def write_durably(path: Path, content: bytes, use: str = "new") -> None:
     with removed_on_failure(new):
         new.write_bytes(content)
         replace_durably(new, path)
+
+
+@contextmanager
+def written_whole(path: Path) -> Iterator[Path]:
+    """Gives the hidden name of a file to write beside ``path``, which replaces it at the end.
+
+    It has the same ending and is absolute, so that no program takes it for an option or another
+    place. If it is not completed it is removed, and an earlier file stays as it is.
+
+    Raises:
+        OSError: there is something else than a file at ``path``, or it cannot be replaced.
+    """
+    target = absolute(path)
+    if os.path.lexists(target):
+        require_file(target)
+    new = target.with_name(f".tilth.{WRITTEN_ASIDE}{os.getpid()}{target.suffix}")
+    with removed_on_failure(new):
+        yield new
+        replace_durably(new, target)
 
 
 @contextmanager

@@ -4,13 +4,16 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from tilth.errors import BadInput, shown
+from tilth.input_files import absolute, require_plain_files, why_failed, why_no_folder
 from tilth.model import Model
 from tilth.output.files import RESTORE, WRITTEN_ASIDE
 from tilth.output.lock import LOCK
@@ -58,9 +61,12 @@ def stage_checkpoint(index: int) -> str:
     return f"checkpoint_stage_{index + 1:02d}.npz"
 
 
+ONLY_OF_RUNS = (CHECKPOINT, SETUP, RESULTS)
+"""Files whose names say that a run has written them; log.txt or report.html can be anybody's."""
+
+
 FILES = (
     CHECKPOINT,
-    RESULTS,
     HISTORY,
     BOUNDARIES,
     ENERGIES,
@@ -68,14 +74,16 @@ FILES = (
     CONTACT,
     REPORT,
     LOG,
+    *safety_files(),
     MODEL,
     SETUP,
-    *safety_files(),
+    RESULTS,
 )
 """The files that tilth writes into the folder of a run; the first is removed first, so that what
-is left when a removal is interrupted cannot be resumed."""
+is left when a removal is interrupted cannot be resumed, and is known as that of a run."""
 
 _NAMES = "|".join([*map(re.escape, FILES), STAGE_CHECKPOINT.pattern, _SAFETY_OF_STAGE.pattern])
+_OF_RUN = re.compile(rf"\..*|{STAGE_CHECKPOINT.pattern}|{_SAFETY_OF_STAGE.pattern}")
 _TEMPORARY = re.compile(rf"\.({_NAMES})\.(new|shadow|old|{WRITTEN_ASIDE}[0-9]+)")
 """Names of the files that exist only while one of them is written."""
 
@@ -85,19 +93,70 @@ def prepare_output_folder(
 ) -> Path:
     """Creates the folder of a run, or removes an earlier run's files from it; returns it.
 
-    Raises ``BadInput`` if it is not empty and ``overwrite`` is false, or if it cannot be created.
     With ``overwrite`` only tilth's own files are removed, by their exact names, and never those in
     ``protect`` (the case file of the new run).
+
+    Raises:
+        BadInput: it is not empty and ``overwrite`` is false, it cannot be created, or it has files
+            of such names but is not the folder of a run.
     """
-    protected = {Path(file).resolve() for file in protect}
+    protected = {absolute(file) for file in protect}
     folder = make_folder(path)
     require_empty(folder, overwrite)
-    patterns = (_TEMPORARY, STAGE_CHECKPOINT, _SAFETY_OF_STAGE)
-    own = [f for f in folder.iterdir() if any(each.fullmatch(f.name) for each in patterns)]
-    for file in [*(folder / name for name in FILES), *own]:
-        if (file.is_file() or file.is_symlink()) and file.resolve() not in protected:
-            file.unlink()
+    require_own_files(folder)
+    own = [folder / name for name in _own_files(folder)]
+    own = [file for file in own if absolute(file) not in protected]
+    if own and not _is_run(folder):
+        raise BadInput(
+            f"the folder {folder} has a file {own[0].name}, but is not that of a run",
+            "nothing is replaced there: choose another folder with --out (in Python out), or move "
+            "what is in it away",
+        )
+    for file in own:
+        file.unlink()
     return folder
+
+
+def remove_run(folder: Path) -> None:
+    """Removes the files of a run from its folder, and the folder if nothing else is in it."""
+    for name in (*_own_files(folder), LOCK):
+        (folder / name).unlink(missing_ok=True)
+    with suppress(OSError):  # it has other files
+        folder.rmdir()
+
+
+def _own_files(folder: Path) -> list[str]:
+    """Returns the names of tilth's files in a folder, in the order in which to remove them."""
+    patterns = (_TEMPORARY, STAGE_CHECKPOINT, _SAFETY_OF_STAGE)
+
+    def is_own(name: str) -> bool:
+        return name in FILES or any(each.fullmatch(name) for each in patterns)
+
+    def order(name: str) -> int:
+        return FILES.index(name) if name in FILES else 1
+
+    return sorted(filter(is_own, os.listdir(folder)), key=order)
+
+
+def _is_run(folder: Path) -> bool:
+    """Returns whether a folder has a file that no other program writes."""
+    names = _own_files(folder)
+    if any(name in ONLY_OF_RUNS or _OF_RUN.fullmatch(name) for name in names):
+        return True
+    try:
+        entries = json.loads((folder / MODEL).read_text(encoding="utf-8"))
+        return "format" in entries and "bodies" in entries
+    except (OSError, ValueError, TypeError, RecursionError):
+        return False
+
+
+def require_own_files(folder: Path) -> None:
+    """Passes if what has the name of a file of a run is a file: who opens a pipe waits.
+
+    Raises:
+        BadInput: it is something else.
+    """
+    require_plain_files(folder / name for name in _own_files(folder))
 
 
 def require_empty(folder: Path, overwrite: bool) -> None:
@@ -120,7 +179,8 @@ def make_folder(path: Path | str) -> Path:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except FileExistsError:
-        raise BadInput(f"{folder} is a file, not a folder", other) from None
+        reason = why_no_folder(folder)
+        raise BadInput(f"{folder} cannot be the output folder: {reason}", other) from None
     except OSError as error:
         problem = f"the output folder {folder} cannot be made: {error.strerror}"
         raise BadInput(problem, other) from error
@@ -128,26 +188,33 @@ def make_folder(path: Path | str) -> Path:
 
 
 def require_folder(path: Path | str) -> Path:
-    """Returns the folder of an earlier run; raises ``BadInput`` if there is none at ``path``."""
+    """Returns the folder of an earlier run.
+
+    Raises:
+        BadInput: there is none at ``path``, or as ``require_own_files``.
+    """
     folder = Path(path)
-    if not folder.is_dir():
-        problem = "is a file, not a folder" if folder.exists() else "there is no such folder"
+    if problem := why_no_folder(folder):
         raise BadInput(problem, "name the folder of a tilth run", file=folder)
+    require_own_files(folder)
     return folder
 
 
 def read_declared(folder: Path | str) -> dict[str, Any]:
     """Returns the declared model of a run, as nested mappings and lists, from its folder.
 
-    Raises ``BadInput`` if the folder is not that of a run, or the file is damaged.
+    Raises ``BadInput`` if the folder is not that of a run, or the file is damaged, and as
+    ``require_own_files``.
     """
     file = Path(folder) / MODEL
+    if Path(folder).is_dir():
+        require_own_files(Path(folder))
     try:
         entries = json.loads(file.read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError) as error:
-        raise BadInput(f"{file} cannot be read: {error}", "name the folder of a tilth run") from (
-            error
-        )
+        raise BadInput(
+            f"{file} cannot be read: {why_failed(error)}", "name the folder of a tilth run"
+        ) from (error)
     if not isinstance(entries, dict):
         raise BadInput(
             f"{file} is no model but {shown(entries)}",

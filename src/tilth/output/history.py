@@ -15,6 +15,7 @@ import numpy as np
 
 from tilth.arrays import Floats
 from tilth.errors import BadInput
+from tilth.input_files import require_file
 from tilth.output.disk import writing
 from tilth.output.files import RESTORE, write_durably
 
@@ -113,6 +114,7 @@ def checked_history(
     """
     path = Path(path)
     try:
+        require_file(path)
         content = path.read_bytes()
     except OSError as error:
         raise BadInput(f"{path} cannot be read: {error.strerror}", RESTORE) from error
@@ -161,6 +163,7 @@ def read_history(path: Path | str) -> dict[str, Floats]:
     """
     path = Path(path)
     try:
+        require_file(path)
         lines = path.read_text(encoding="utf-8").splitlines(keepends=True)
         rows = list(csv.reader(line for line in lines if line.endswith("\n")))
         if not rows:
@@ -191,6 +194,7 @@ def read_stages(path: Path | str) -> list[tuple[str, float, float]]:
     An empty list for a history without stages, or a file that cannot be read.
     """
     try:
+        require_file(path)
         with Path(path).open(encoding="utf-8", newline="") as file:
             rows = [row for row in csv.DictReader(file) if row.get(OF_STAGES[0])]
         found: list[tuple[str, float, float]] = []

@@ -16,12 +16,14 @@ import platform
 import shlex
 import sys
 import time
+from contextlib import suppress
 from dataclasses import asdict, dataclass, fields
 from datetime import datetime
 from pathlib import Path
 from types import TracebackType
 
 from tilth.errors import BadInput, shown
+from tilth.input_files import require_file, require_plain_files
 
 LOCK = ".tilth.lock"
 
@@ -73,6 +75,7 @@ class FolderLock:
 
     def __enter__(self) -> FolderLock:
         path = self.folder / LOCK
+        require_plain_files([path])
         for attempt in range(_ATTEMPTS):
             if attempt:
                 time.sleep(_PAUSE)
@@ -97,8 +100,9 @@ class FolderLock:
                 os.close(file)  # the run before it ended between our two calls
                 continue
             self._file = file
-            os.ftruncate(file, 0)
-            os.pwrite(file, json.dumps(asdict(_this_process())).encode(), 0)
+            with suppress(OSError):  # a full disk: the first file of the run says so
+                os.ftruncate(file, 0)
+                os.pwrite(file, json.dumps(asdict(_this_process())).encode(), 0)
             return self
         holder = _read_holder(path)
         who = f" by {holder}" if holder else ""
@@ -123,6 +127,7 @@ def holder_of(folder: Path | str) -> Holder | None:
     """Returns who runs in a folder at the moment; None if nobody does, or nobody can tell."""
     path = Path(folder) / LOCK
     try:
+        require_file(path)
         file = os.open(path, os.O_RDWR)
     except OSError:
         return None

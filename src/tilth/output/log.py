@@ -12,6 +12,7 @@ from datetime import datetime
 from pathlib import Path
 
 from tilth.errors import BadInput, visible
+from tilth.input_files import require_file
 from tilth.output.disk import writing
 
 START = "at the start: "
@@ -46,6 +47,11 @@ class RunLog:
                 self.warnings += earlier.warnings
                 self._cuts = len(earlier.cuts)
             self._file = self.path.open("a" if resume else "w", encoding="utf-8")
+
+    @property
+    def file_number(self) -> int:
+        """File descriptor of the log."""
+        return self._file.fileno()
 
     @property
     def seconds(self) -> float:
@@ -196,6 +202,7 @@ def read_log(path: Path | str) -> LogContents:
     """
     path = Path(path)
     try:
+        require_file(path)
         text = path.read_text(encoding="utf-8", errors="replace")
     except OSError as error:
         raise BadInput(f"{path} cannot be read: {error.strerror}") from error

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from tilth.errors import BadInput
+from tilth.input_files import require_file
 from tilth.output.disk import writing
 from tilth.output.files import RESTORE, write_durably
 from tilth.output.folder import SafetyFiles, safety_files
@@ -110,6 +111,7 @@ def read_safety(folder: Path, index: int | None = None) -> SafetySummary:
     """
     file = folder / safety_files(index).summary
     try:
+        require_file(file)
         entries: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
         trials = [_trial(*each) for each in entries.pop("trials")]
         undecided = tuple(map(float, entries.pop("undecided")))

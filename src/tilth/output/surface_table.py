@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tilth.errors import BadInput
+from tilth.input_files import require_file
 from tilth.output.disk import writing
 from tilth.output.files import write_durably
 from tilth.output.snapshot import Snapshot, SurfaceShape
@@ -54,6 +55,7 @@ def read_surface(path: Path | str) -> dict[str, NDArray[Any]]:
     """
     path = Path(path)
     try:
+        require_file(path)
         with path.open(encoding="utf-8", newline="") as file:
             rows = list(csv.reader(file))
     except OSError as error:

@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from tilth.errors import BadInput
+from tilth.input_files import require_plain_files
 from tilth.output.disk import reason_of, writing
 from tilth.output.files import RESTORE, exchange_durably, replace_durably, temporary
 from tilth.output.hdf5_file import KeptError, open_to_write
@@ -224,6 +225,7 @@ def read_results(path: Path | str) -> Results:
 def _opened(path: Path) -> Any:
     import h5py
 
+    require_plain_files([path])
     deadline = time.monotonic() + WAIT_FOR_WRITER
     while True:
         try:

@@ -41,7 +41,10 @@ FAMILIES = {"surfaces": "surface_", "contacts": "contact_", "rigid_bodies": "rig
 """Further blocks: how their names begin, by the attributes of a snapshot and of the file."""
 
 Names = Mapping[str, Sequence[str]]
-"""Names of the tracked surfaces, contact surfaces and rigid bodies, by the keys of `FAMILIES`."""
+"""Names of the tracked surfaces, contact surfaces and rigid bodies, by the keys of `FAMILIES`, and
+under `BODY_FIELDS` the numbers of the bodies' displacement fields where they differ."""
+
+BODY_FIELDS = "body_fields"
 
 
 class DamagedResults(ValueError):
@@ -50,7 +53,8 @@ class DamagedResults(ValueError):
 
 def names_in(snapshot: Snapshot) -> Names:
     """Returns the names of the surfaces and bodies of a snapshot."""
-    return {key: [shape.name for shape in getattr(snapshot, key)] for key in FAMILIES}
+    names = {key: [shape.name for shape in getattr(snapshot, key)] for key in FAMILIES}
+    return names | {BODY_FIELDS: [str(number) for number in snapshot.body_fields]}
 
 
 def create_file(file: Any, dim: int, title: str, units: Mapping[str, str], names: Names) -> None:
@@ -69,6 +73,8 @@ def create_file(file: Any, dim: int, title: str, units: Mapping[str, str], names
         if own := block_names(start, names.get(key, ())):
             info.attrs[key] = json.dumps(own)
             blocks += own.values()
+    if fields := [int(number) for number in names.get(BODY_FIELDS, ())]:
+        info.attrs[BODY_FIELDS] = json.dumps(fields)
     root = file.create_group("VTKHDF", track_order=True)
     _set_type(root, "PartitionedDataSetCollection")
     root["Steps"] = h5py.SoftLink("/VTKHDF/grid")
@@ -107,7 +113,13 @@ def block_names(start: str, names: Sequence[str]) -> dict[str, str]:
 
 def stored_names(file: Any) -> Names:
     """Returns the names of the surfaces and bodies in the open ``h5py.File``."""
-    return {key: tuple(_blocks_of(file, key)) for key in FAMILIES}
+    names = {key: tuple(_blocks_of(file, key)) for key in FAMILIES}
+    return names | {BODY_FIELDS: tuple(str(number) for number in _body_fields(file))}
+
+
+def _body_fields(file: Any) -> tuple[int, ...]:
+    """Returns the numbers of the bodies' displacement fields; none if all are the same."""
+    return tuple(json.loads(file["tilth"].attrs.get(BODY_FIELDS, "[]")))
 
 
 def _blocks_of(file: Any, key: str) -> dict[str, str]:
@@ -120,8 +132,9 @@ def append_snapshot(file: Any, snapshot: Snapshot) -> int:
 
     Raises ``ValueError`` if its fields or surfaces are not those of the first output.
     """
+    stored = stored_names(file)
     for key, names in names_in(snapshot).items():
-        if names != (first := list(_blocks_of(file, key))):
+        if names != (first := list(stored[key])):
             raise ValueError(f"{key} {names} differ from the first output's {first}")
     n = len(snapshot.position)
     numbers = {
@@ -274,6 +287,7 @@ def _snapshot_on_demand(file: Any, index: int) -> Snapshot:
         node_position=node_position,
         cells=_read_cells(grid, index).reshape(-1, 2**dim),
         node_fields=node_fields,
+        body_fields=_body_fields(file),
         **shapes,
     )
 

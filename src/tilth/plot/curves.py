@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from tilth.input_files import absolute
 from tilth.output.folder import HISTORY, require_folder
 from tilth.output.history import read_history
 from tilth.plot.names import column_of
@@ -74,7 +75,7 @@ def finish_lines(axes: Axes, across: str, up: str) -> None:
 
 def _names(folders: Sequence[Path]) -> list[str]:
     """Returns short names of runs: of their folders, with those above where these are the same."""
-    short = [folder.resolve().name for folder in folders]
+    short = [absolute(folder).name for folder in folders]
     if len(set(short)) == len(short):
         return short
     return [str(folder) for folder in folders]

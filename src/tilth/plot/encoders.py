@@ -3,12 +3,17 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import shutil
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from tilth.errors import BadInput
+from tilth.errors import BadInput, visible
 from tilth.plot.files import require_ending
 
 BY_PILLOW, BY_FFMPEG = ("gif", "webp"), ("mp4",)
@@ -23,6 +28,34 @@ class Encoder:
 
     writer: Any
     settings: Any = field(default_factory=dict)
+
+    @contextmanager
+    def saving(self, figure: Any, path: Path, resolution: int) -> Iterator[None]:
+        """Within this context the writer grabs frames of a figure; at the end the file is whole.
+
+        Args:
+            path: absolute, so that ffmpeg takes it neither for an option nor for a protocol.
+            resolution: pixels per inch.
+
+        Raises:
+            OSError: the file cannot be written.
+        """
+        try:
+            with self.writer.saving(figure, str(path), resolution):
+                yield
+        except subprocess.CalledProcessError as error:
+            raise _of_ffmpeg(error) from error
+
+
+def _of_ffmpeg(error: subprocess.CalledProcessError) -> OSError:
+    """Returns the error that ffmpeg's last words are about."""
+    said = error.stderr if isinstance(error.stderr, bytes) else b""
+    text = said.decode(errors="replace")
+    for number in (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES):
+        if os.strerror(number) in text or error.returncode == 256 - number:
+            return OSError(number, os.strerror(number))
+    last = (text.strip().splitlines() or [f"exit code {error.returncode}"])[-1]
+    return OSError(f"ffmpeg failed: {visible(last)}")
 
 
 def encoder_for(path: Path, rate: float) -> Encoder:

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from tilth.errors import BadInput
-from tilth.output.disk import writing
+from tilth.output.disk import asked_to_save
+from tilth.output.files import written_whole
 from tilth.report.texts import save
 
 if TYPE_CHECKING:
@@ -44,13 +45,14 @@ def save_figure(figure: Figure, path: Path) -> None:
     """Writes a figure; texts of SVG and PDF stay texts.
 
     Raises:
-        BadInput: the name of the file does not say a format.
-        AnalysisFailed: the file cannot be written.
+        BadInput: the name of the file does not say a format, or it cannot be written there.
+        AnalysisFailed: the disk is full, or cannot be written for another reason of its own. An
+            earlier file stays as it is then, and no part of the new one is left.
     """
     from matplotlib import rc_context
 
     require_format(path)
     kept: Any = {"svg.fonttype": "none", "pdf.fonttype": 42}
-    with rc_context(kept), writing(path):
+    with rc_context(kept), asked_to_save(path), written_whole(path) as new:
         cut = figure.get_layout_engine() is None  # by `layout.fit`, to what is drawn
-        save(figure, path, dpi=RESOLUTION, **({} if cut else {"bbox_inches": "tight"}))
+        save(figure, new, dpi=RESOLUTION, **({} if cut else {"bbox_inches": "tight"}))

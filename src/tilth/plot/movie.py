@@ -10,7 +10,8 @@ from typing import Any, Literal
 import numpy as np
 
 from tilth.errors import BadInput
-from tilth.output.disk import writing
+from tilth.output.disk import asked_to_save
+from tilth.output.files import written_whole
 from tilth.output.folder import HISTORY
 from tilth.output.history import read_history
 from tilth.output.snapshot import Snapshot
@@ -26,7 +27,7 @@ from tilth.report.texts import AS_IT_IS, any_characters, on_lines
 
 FPS = 8.0
 """Frames per second, if not given."""
-MOST_FPS = 60.0
+LEAST_FPS, MOST_FPS = 0.01, 60.0
 _RESOLUTION = 120
 """Pixels per inch."""
 Scale = Literal["fixed", "frame"]
@@ -64,13 +65,14 @@ def write_movie(
     Raises:
         BadInput: there are no results, the field or the column is none of theirs, or the movie
             cannot be written as asked for.
-        AnalysisFailed: the file cannot be written.
+        AnalysisFailed: the disk is full, or cannot be written for another reason of its own. An
+            earlier file stays as it is then, and no part of the new one is left.
     """
     from matplotlib import rc_context
 
     path = Path(path)
-    if not 0.0 < fps <= MOST_FPS:
-        remedy = f"give a number above 0, at most {MOST_FPS:g}"
+    if not LEAST_FPS <= fps <= MOST_FPS:
+        remedy = f"give a number from {LEAST_FPS:g} to {MOST_FPS:g}"
         raise BadInput("is no rate of frames", remedy, key="fps", value=fps)
     if scale == "frame" and values is not None:
         problem = "the range is given for colours of each frame"
@@ -89,9 +91,10 @@ def write_movie(
     picture.finish()
     with (
         rc_context(encoder.settings),
-        writing(path),
+        asked_to_save(path),
+        written_whole(path) as new,
         any_characters(),
-        encoder.writer.saving(picture.figure, str(path), _RESOLUTION),
+        encoder.saving(picture.figure, new, _RESOLUTION),
     ):
         for index in range(len(results)):
             snapshot = results.snapshot(index)

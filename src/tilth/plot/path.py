@@ -14,10 +14,10 @@ from tilth.output.snapshot import Snapshot
 from tilth.plot.curves import COLOURS, SIZE, finish_lines
 from tilth.plot.names import output_at, require_field
 from tilth.plot.run import results_of
+from tilth.report.bridges import region_of
 from tilth.report.domains import corners_of
 from tilth.report.fields import field_values, with_unit
 from tilth.report.interpolation import values_at
-from tilth.report.region import Region
 from tilth.report.texts import AS_IT_IS
 
 if TYPE_CHECKING:
@@ -74,8 +74,7 @@ def values_along(snapshot: Snapshot, values: Floats, places: Floats) -> Floats:
     corners = corners_of(snapshot)
     assert corners is not None
     if snapshot.dim == 2:
-        region = Region.of(snapshot.position, corners, snapshot.body_id, snapshot.surfaces)
-        return region.values_in(snapshot.position, values, places)
+        return region_of(snapshot, corners).values_in(snapshot.position, values, places)
     found = np.full(len(places), np.nan)
     for body in np.unique(snapshot.body_id):  # bodies that touch keep their own values
         own = np.flatnonzero(snapshot.body_id == body)

@@ -48,7 +48,7 @@ class ContinuousField:
         found = np.full((height, width), np.nan)
         there = np.zeros((height, width), dtype=bool)
         scale = np.array([width, height]) / (high - low)
-        for part in self.region.parts:
+        for part in (*self.region.bridges, *self.region.parts):
             vertex = (part.vertex - low) * scale
             vertex[:, 1] = height - vertex[:, 1]
             triangle = part.triangle[np.argsort(_thickness(vertex[part.triangle]))]
@@ -81,8 +81,15 @@ class ContinuousField:
         return pixels
 
     def lines(self) -> list[Floats]:
-        """Returns the closed lines around the region and its holes, shapes (k, 2)."""
+        """Returns the closed lines around the bodies and their holes, shapes (k, 2).
+
+        Anticlockwise around a body, clockwise around a hole.
+        """
         return [line for part in self.region.parts for line in part.outline()]
+
+    def _between(self) -> list[Floats]:
+        """Returns the closed lines around what lies between bodies, as `lines`."""
+        return [line for part in self.region.bridges for line in part.outline()]
 
     def draw(self, place: Place, size: tuple[float, float]) -> str:
         """Returns the field as SVG."""
@@ -103,11 +110,12 @@ class ContinuousField:
         lower, upper = np.minimum(first, last), np.maximum(first, last)
         content = png(self.image(lower, upper, width, height))
         data = "".join(path_of(line, closed=True) for line in at)
+        whole = data + "".join(path_of(place(line), closed=True) for line in self._between())
         # Names of clip paths are those of the whole page.
-        name = f"soil-{_digest(data, content):08x}"
+        name = f"soil-{_digest(whole, content):08x}"
         x, y = low.tolist()
         return (
-            f'<clipPath id="{name}"><path d="{data}" clip-rule="evenodd"/></clipPath>'
+            f'<clipPath id="{name}"><path d="{whole}" clip-rule="nonzero"/></clipPath>'
             f'<g clip-path="url(#{name})">'
             f"{image_of(content, x, y, width / _FINER, height / _FINER)}</g>"
             f'<path d="{data}" fill="none" stroke="#404040" stroke-width="{OUTLINE_WIDTH}"/>'
@@ -146,7 +154,10 @@ class ContinuousField:
         image.set_data(self.image(lower, upper, width, height))
         path = Path.make_compound_path(*(Path(line, closed=True) for line in lines))
         axes.add_image(image)
-        image.set_clip_path(path, axes.transData)
+        whole = Path.make_compound_path(
+            *(Path(line, closed=True) for line in [*lines, *self._between()])
+        )
+        image.set_clip_path(whole, axes.transData)
         axes.add_collection(
             PathCollection(
                 [path],

@@ -10,13 +10,13 @@ import numpy as np
 
 from tilth.arrays import Floats
 from tilth.output.snapshot import Snapshot
+from tilth.report.bridges import region_of
 from tilth.report.colour_scale import ColourScale
 from tilth.report.continuous import ContinuousField
 from tilth.report.domains import corners_of, drawn_at_once, outlines
 from tilth.report.fields import field_values, parameter_fields, with_unit
 from tilth.report.handles import collections_for
 from tilth.report.points_3d import draw_points_3d
-from tilth.report.region import Region
 from tilth.report.rigid_bodies import draw_rigid_2d, draw_rigid_3d, rigid_vertices
 from tilth.report.svg_figure import SvgFigure
 from tilth.report.texts import AS_IT_IS, LABEL_WIDTH, any_characters, on_lines
@@ -214,7 +214,7 @@ def draw_plane(
     half = snapshot.point_fields.get("domain")
     corners = corners_of(snapshot)
     if corners is not None and show == "field":
-        region = Region.of(position, corners, snapshot.body_id, snapshot.surfaces)
+        region = region_of(snapshot, corners)
         ContinuousField(region, position, values, colours).add_to(axes)
         return
     collections, point_colours = collections_for(axes), colours(values)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tilth.errors import TilthError, visible
+from tilth.input_files import absolute
 from tilth.memory_errors import is_memory_error
 from tilth.output.disk import writing
 from tilth.output.files import WRITTEN_ASIDE, write_durably
@@ -87,7 +88,7 @@ def write_report(
     history = read_history(folder / HISTORY)
     log = read_log(folder / LOG)
     stages = read_stages(folder / HISTORY) if summary.get("stages") else []
-    title = results.title or visible(folder.resolve().name)
+    title = results.title or visible(absolute(folder).name)
     parts = [_header(title, kind, results, log)]
     if (folder / SETUP).exists():
         staged = read_staged_setup(folder / SETUP)

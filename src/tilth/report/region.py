@@ -4,7 +4,7 @@
 The triangles of each body are those of Delaunay that are as small as a domain (an alpha shape,
 H. Edelsbrunner, D. Kirkpatrick, R. Seidel 1983). They close what parts of less than about a
 domain's size leave open between them, but neither holes nor gaps that are wider, nor those
-between bodies.
+between bodies; `bridges.py` has what lies between bodies that stick together.
 """
 
 from __future__ import annotations
@@ -74,6 +74,8 @@ class Region:
     """The region of all bodies."""
 
     parts: tuple[Part, ...]
+    bridges: tuple[Part, ...] = ()
+    """What lies between bodies that stick together, under the parts; see `bridges_of`."""
 
     @classmethod
     def of(
@@ -94,7 +96,9 @@ class Region:
         own = of_bodies(position, body_id, surfaces)
         bodies = [np.flatnonzero(body_id == body) for body in np.unique(body_id)]
         found = [
-            _part(points, position[points], corners[points], own.get(int(body_id[points[0]]), []))
+            part_of_domains(
+                points, position[points], corners[points], own.get(int(body_id[points[0]]), [])
+            )
             for points in bodies
         ]
         return cls(tuple(part for part in found if part is not None))
@@ -107,7 +111,7 @@ class Region:
     def values_in(self, position: Floats, values: Floats, places: Floats) -> Floats:
         """Returns a field's values at places, shape (m,), of (m, 2); NaN outside of the region."""
         found = np.full(len(places), np.nan)
-        for part in self.parts:
+        for part in (*self.bridges, *self.parts):
             simplex = part.mesh.find_simplex(places)
             inside = simplex >= 0
             inside[inside] = part.kept[simplex[inside]]
@@ -174,10 +178,20 @@ def part_of_polygons(polygon: Floats) -> Part | None:
     return _part_between(np.arange(len(middle)), middle, polygon, half, ())
 
 
-def _part(
-    points: Integers, position: Floats, corners: Floats, surfaces: Sequence[SurfaceShape]
+def part_of_domains(
+    points: Integers,
+    position: Floats,
+    corners: Floats,
+    surfaces: Sequence[SurfaceShape] = (),
 ) -> Part | None:
-    """Returns the region of one body, None if it has none."""
+    """Returns the region of points with domains as if of one body, None if it has none.
+
+    Args:
+        points: their numbers, shape (n,).
+        position: of these [length], shape (n, 2).
+        corners: of their domains, relative to them [length], x fastest, shape (n, 4, 2).
+        surfaces: the body's tracked surfaces.
+    """
     half = 0.5 * np.maximum(
         np.linalg.norm(corners[:, 3] - corners[:, 0], axis=1),
         np.linalg.norm(corners[:, 2] - corners[:, 1], axis=1),

@@ -24,6 +24,7 @@ from tilth.model import (
     Region,
     SeismicLoad,
     SurfaceLoad,
+    TerrainGeometry,
     Track,
     Water,
 )
@@ -270,6 +271,8 @@ def _geometry(geometry: Geometry) -> str:
     for key, value in geometry.model_dump(exclude={"type"}, exclude_defaults=True).items():
         if key == "vertices":
             words.append(f"{len(value)} vertices")
+        elif isinstance(geometry, TerrainGeometry) and key == "surface":
+            words.append(elevation(geometry.surface, ""))
         elif isinstance(value, tuple) and not isinstance(value[0], str):
             words.append(f"{key} {vector(value)}")
         elif isinstance(value, tuple):

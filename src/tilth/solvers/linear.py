@@ -192,8 +192,8 @@ class StepSolver:
             except SolveFailed as error:
                 self._leave_multigrid(error)
         direct = self._owner.direct
-        factorise_bordered(direct, system, border)
-        found = direct.solve(np.concatenate([right_side.ravel()[system.free], scaled])).x
+        solve_whole = factorise_bordered(direct, system, border)
+        found = solve_whole(np.concatenate([right_side.ravel()[system.free], scaled]))
         self._owner.direct_systems[direct.name] += 1
         solution = np.zeros_like(right_side)
         solution.ravel()[system.free] = found[: len(system.free)]

@@ -8,9 +8,10 @@ import hashlib
 import io
 import json
 import math
+import os
 import re
-import shutil
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -19,9 +20,11 @@ import tomli_w
 
 from tilth.case import named_files
 from tilth.errors import BadInput, shown
+from tilth.input_files import require_file, require_plain_files
 from tilth.model import FunctionOutcome, Study
 from tilth.output.disk import writing
 from tilth.output.files import RESTORE, write_durably
+from tilth.output.folder import remove_run
 from tilth.output.lock import LOCK
 from tilth.studies.samples import Sample, described
 
@@ -37,6 +40,9 @@ OUTCOME = "outcome.json"
 OUTPUT = "output.txt"
 """Of a sample: case, folder of the run, what came out of it, and what was printed, if anything."""
 
+_TABLES = (TABLE, STATISTICS, PAGE, PICTURE)
+_FORMULA = re.compile("(^|;)([\\s\"']*[=+\\-@\uff1d\uff0b\uff0d\uff20])")
+"""The last four are the wide forms of the same signs."""
 _SAMPLE = re.compile(r"[0-9]{4,}")
 
 
@@ -71,13 +77,14 @@ def prepare(
 
     Raises:
         BadInput: it is not empty and has something else, or a study that differs in more than
-            further samples.
+            further samples. Nothing is changed then.
     """
     record = folder / RECORD
     asked = _record(study, entries, samples)
-    if record.exists():
+    if os.path.lexists(record):
+        before = _read(record)
         if not overwrite:
-            _require_same(folder, _read(record), asked)
+            _require_same(folder, before, asked)
         else:
             _empty(folder)
     elif any(file.name != LOCK for file in folder.iterdir()):
@@ -101,8 +108,14 @@ def read_record(folder: Path) -> tuple[Study, dict[str, Any]]:
 
 
 def write_case(folder: Path, study: Study, sample: Sample) -> Path:
-    """Writes the case of a sample into a folder of its own, which is returned."""
+    """Writes the case of a sample into a folder of its own, which is returned.
+
+    Raises:
+        AnalysisFailed: it cannot be written.
+        BadInput: something else than a file has the name of one of the sample's.
+    """
     own = folder / SAMPLES / sample.folder
+    require_plain_files(own / name for name in (CASE, OUTCOME, OUTPUT))
     values = described(study.vary, sample.values).replace("\n", " ")
     text = f"# Sample {sample.number}: {values}\n{tomli_w.dumps(sample.entries)}".encode()
     with writing(own / CASE, AGAIN):
@@ -124,6 +137,7 @@ def read_outcome(folder: Path, sample: Sample, study: Study) -> Taken | None:
     """Returns what came out of a sample; None if it has not been run to its end."""
     file = folder / SAMPLES / sample.folder / OUTCOME
     try:
+        require_file(file)
         content = json.loads(file.read_text(encoding="utf-8"))
         outcomes = tuple(None if o is None else float(o) for o in content["outcomes"])
         taken = Taken(outcomes, str(content["reason"]), bool(content["ended"]))
@@ -156,7 +170,8 @@ def write_table(
         found = taken.get(sample.number)
         none = [""] * (len(headings) - len(values))
         outcomes = none if found is None else [_cell(o) for o in found.outcomes]
-        state = ["waiting", ""] if found is None else [found.status, found.reason]
+        reason = "" if found is None else _never_a_formula(found.reason)
+        state = ["waiting", ""] if found is None else [found.status, reason]
         table.writerow([sample.number, *values, *outcomes, *state])
     with writing(path, AGAIN):
         write_durably(path, text.getvalue().encode())
@@ -167,7 +182,15 @@ def _cell(value: Any) -> str:
         return ""
     if isinstance(value, float):
         return repr(value)
-    return value if isinstance(value, str) else json.dumps(value)
+    return _never_a_formula(value) if isinstance(value, str) else json.dumps(value)
+
+
+def _never_a_formula(text: str) -> str:
+    """Returns a text that no spreadsheet computes: an apostrophe before = + - @ at its start.
+
+    Also after a semicolon, at which spreadsheets of some languages divide a line.
+    """
+    return _FORMULA.sub(r"\1'\2", text)
 
 
 def _record(study: Study, entries: dict[str, Any], samples: Sequence[Sample]) -> dict[str, Any]:
@@ -190,6 +213,7 @@ def _record(study: Study, entries: dict[str, Any], samples: Sequence[Sample]) ->
 
 def _read(record: Path) -> dict[str, Any]:
     try:
+        require_file(record)
         stored = json.loads(record.read_text(encoding="utf-8"))
         parts = {"study": dict, "case": dict, "files": dict, "samples": list}
         if not all(isinstance(stored[name], kind) for name, kind in parts.items()):
@@ -224,14 +248,23 @@ def _require_same(folder: Path, before: Mapping[str, Any], asked: Mapping[str, A
 
 
 def _empty(folder: Path) -> None:
-    """Removes the files of a study, first the record of its samples."""
-    for name in (TABLE, STATISTICS, PAGE, PICTURE):
+    """Removes the files of a study, of each sample first its outcome, and what is empty then."""
+    require_plain_files(folder / name for name in _TABLES)
+    for name in _TABLES:
         (folder / name).unlink(missing_ok=True)
     if (folder / SAMPLES).is_dir():
         for own in (folder / SAMPLES).iterdir():
             if _SAMPLE.fullmatch(own.name) and own.is_dir() and not own.is_symlink():
-                (own / OUTCOME).unlink(missing_ok=True)
-                shutil.rmtree(own)
+                _remove_sample(own)
+
+
+def _remove_sample(own: Path) -> None:
+    for name in (OUTCOME, CASE, OUTPUT, LOCK):
+        (own / name).unlink(missing_ok=True)
+    if (own / RUN).is_dir() and not (own / RUN).is_symlink():
+        remove_run(own / RUN)
+    with suppress(OSError):  # it has other files, of a user's function
+        own.rmdir()
 
 
 def text_of(value: Any) -> str:

@@ -14,14 +14,17 @@ import numpy as np
 from tilth.analysis.check import check
 from tilth.arrays import Floats
 from tilth.case import case_entries, load_study
-from tilth.environment import available_cores, count_of
+from tilth.environment import available_cores
 from tilth.errors import BadInput
+from tilth.input_files import absolute
 from tilth.interrupt import StopSignals
 from tilth.model import Model, Study
+from tilth.model.fields import count_of
 from tilth.output.folder import make_folder
 from tilth.output.lock import FolderLock
 from tilth.report.fields import with_unit
 from tilth.studies.folder import (
+    OUTPUT,
     PAGE,
     PICTURE,
     STATISTICS,
@@ -114,7 +117,7 @@ def study(
     base = Model.from_dict(samples[0].entries)
     require_outcomes(asked, base)
     check(base)
-    folder = make_folder(out).resolve()
+    folder = absolute(make_folder(out))
     with FolderLock(folder):
         prepare(folder, asked, entries, samples, overwrite)
         running = _Running(folder, asked, base, samples)
@@ -166,7 +169,7 @@ class _Running:
                     self._write_table()
 
             def on_lost(own: Path, how: str) -> None:
-                reason = f"its process was ended {how}"
+                reason = f"its process was ended {how}{_last_said(own)}"
                 write_outcome(own, [None] * len(self.asked.outcomes), reason, ended=True)
                 on_done(own)
 
@@ -209,3 +212,13 @@ class _Running:
 
         write_page(self.folder / PAGE, self.folder / PICTURE, self.asked, result)
         return result
+
+
+def _last_said(folder: Path) -> str:
+    """Returns what the process of a sample has said last, after ": ", or nothing."""
+    try:
+        lines = (folder / OUTPUT).read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError:
+        return ""
+    said = [line for line in lines if line.strip() and not line.startswith(" ")]
+    return f": {said[-1]}" if said else ""

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from tilth.errors import BadInput
 from tilth.output.disk import asked_to_write
+from tilth.output.files import removed_on_failure
 
 _FOLDER = Path(__file__).parent
 
@@ -37,14 +38,16 @@ def write_template(name: str, file: Path) -> None:
     """Writes a template to a new file.
 
     Raises:
-        BadInput: there is no such template, the file exists, or it cannot be written.
+        BadInput: there is no such template, the file exists, or it cannot be written there.
+        AnalysisFailed: the disk is full, or cannot be written for another reason of its own.
     """
     text, value = template(name), str(file)
     with asked_to_write("cannot be written", "choose another file", key="FILE", value=value):
         try:
-            with file.open("x", encoding="utf-8") as opened:
-                opened.write(text)
+            opened = file.open("x", encoding="utf-8")
         except FileExistsError:
             raise BadInput(
                 "exists already", "choose another name", key="FILE", value=value
             ) from None
+        with removed_on_failure(file), opened:
+            opened.write(text)

@@ -156,6 +156,15 @@ class CarriedContact:
         moved = np.where(was_closed, measured - stored[:, dim + 3], in_contact)
         return Touch(closed, np.where(closed, in_contact, gap), offset, moved, scatter)
 
+    def close_gaps(self) -> None:
+        """Forgets the gaps of points in contact, which are zero in the mean over a support.
+
+        On another grid the supports are others: the mean over one of them would open it, or push
+        the soil away with many times the pressure.
+        """
+        dim = self.carried.shape[1] - NUMBERS
+        self.carried[self.carried[:, dim] == 1.0, dim + 2] = 0.0
+
     def store(
         self,
         chosen: Integers,

@@ -17,7 +17,9 @@ import numpy as np
 
 from tilth.arrays import Floats, Integers
 from tilth.errors import StepFailed
+from tilth.geometry.open_surface import OpenSurface
 from tilth.geometry.protocol import RoundGeometry
+from tilth.geometry.terrain import TerrainLine
 from tilth.mpm.domains import half_edges
 from tilth.mpm.grid import Grid
 from tilth.mpm.points import MaterialPoints
@@ -200,6 +202,25 @@ def surface_behind(boundary: Implicit, vertices: Floats, time: float, grid: Grid
         return 0.0
     _, distance, _ = _distances(boundary, vertices, None, time, grid, all_in_front=False)
     return float(-distance.min(initial=0.0))
+
+
+def border_warning(boundary: Implicit, points: MaterialPoints, time: float, grid: Grid) -> str:
+    """Returns what to say of soil beside the border of an open surface or terrain; "" if none is.
+
+    It is within a cell of the border.
+    """
+    if not isinstance(boundary.geometry, OpenSurface | TerrainLine):
+        return ""
+    position = boundary.reference_position(points.position, time)
+    beyond = boundary.geometry.beyond_border(position, float(grid.largest_size.max()))
+    if len(beyond) == 0:
+        return ""
+    place = ", ".join(f"{x:.4g}" for x in points.position[beyond[0]])
+    return (
+        f"soil is beyond the border of the boundary {boundary.name!r} at time {time:.6g}: "
+        f"{len(beyond)} material points, the first at ({place}); nothing holds it there: let "
+        f"{boundary.key}.geometry reach further"
+    )
 
 
 def points_behind(
