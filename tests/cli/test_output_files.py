@@ -240,7 +240,8 @@ outcomes = [{ type = "history", name = "one", column = "top", take = "last" }]
     words = command.replace("CASE", str(case)).replace("RUN", str(finished))
     line = f"{sys.executable} -m tilth {words} {closed}"
     done = subprocess.run(["sh", "-c", line], cwd=tmp_path, capture_output=True, check=False)
-    assert done.returncode == 0, done
+    codes = (0, 1) if words.startswith("safety") else (0,)  # 1: undecided
+    assert done.returncode in codes, done
     assert b"Traceback" not in done.stderr
     wrong = subprocess.run(
         ["sh", "-c", f"{sys.executable} -m tilth {words} --no-such-option {closed}"],

@@ -131,9 +131,8 @@ def test_a_body_is_at_rest_after_a_step_of_equilibrium() -> None:
 def test_a_weight_that_is_dropped_on_clay_comes_to_rest(kind: str) -> None:
     """The soil then carries its weight; it has spent the energy of the fall on the clay.
 
-    Of that energy a tenth at most is not found in the work on the soil and in the impacts, and of
-    the work a tenth at most is numerical dissipation: 5 and 8 % in plane strain and axisymmetry,
-    where steps twice as long have up to 12 %.
+    Of that energy a tenth at most is not found in the work and in the impacts, and of the work a
+    tenth at most is lost beyond what the time integration takes.
     """
     small = {"steps": 100, **SMALL} if kind == "3d" else {"steps": 200}
     entries = falling(kind, end=0.5, **small)
@@ -156,7 +155,7 @@ def test_a_weight_that_is_dropped_on_clay_comes_to_rest(kind: str) -> None:
     spent = start - body.inertia.energy() - mass * GRAVITY * body.displacement[-1]
     assert energies.work + impacts == pytest.approx(spent, rel=0.1)
     numerical = energies.value("numerical_dissipation", simulation, schedule.end)
-    assert -0.02 * energies.work < numerical < 0.1 * energies.work
+    assert -0.02 * energies.work < numerical < 0.1 * energies.work + energies.integration
 
 
 @pytest.mark.slow
@@ -219,7 +218,7 @@ def test_an_impact_on_elastic_soil_gains_no_energy(rho: float) -> None:
 def test_the_soil_gets_the_energy_that_the_body_loses(strength: float | None) -> None:
     """But for that of the impacts, h^2 F^2 / (2 m) in a step, which Moreau's time stepping loses.
 
-    Of the work on the soil a tenth at most is numerical dissipation, and none is created.
+    Of the work a tenth at most is lost beyond what the time integration takes, and none is created.
     """
     entries = falling("plane_strain", strength=strength, end=0.05) | {"loads": []}
     simulation = Simulation(Model.from_dict(entries))
@@ -235,4 +234,4 @@ def test_the_soil_gets_the_energy_that_the_body_loses(strength: float | None) ->
     lost = start - body.inertia.energy()
     assert energies.work + impacts == pytest.approx(lost, rel=0.05)
     numerical = energies.value("numerical_dissipation", simulation, 0.05)
-    assert 0.0 <= numerical < 0.1 * energies.work
+    assert 0.0 <= numerical < 0.1 * energies.work + energies.integration

@@ -172,7 +172,8 @@ if len(sys.argv) > 4:
 
 def called(folder: Path, way: int, then: str = "") -> subprocess.CompletedProcess[str]:
     file = library(folder, UMAT)
-    command = [sys.executable, "-c", ONE_CALL, str(file), str(way), "64"]
+    stack = ["sh", "-c", 'ulimit -s 8192; exec "$@"', "sh"]  # an endless one would take all memory
+    command = [*stack, sys.executable, "-c", ONE_CALL, str(file), str(way), "64"]
     return subprocess.run(
         [*command, *([then] if then else [])],
         capture_output=True, text=True, timeout=100, cwd=folder,

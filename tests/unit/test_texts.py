@@ -104,7 +104,8 @@ def test_a_table_cannot_have_a_cell_that_a_spreadsheet_computes(start: str) -> N
         with pytest.raises(BadInput, match="formula"):
             Model.from_dict(entries_with(place, "m;=1"))
         Model.from_dict(entries_with(place, "-"))
-    Model.from_dict(entries_with(("boundaries", 0, "name"), "+x side"))
+    with pytest.raises(BadInput, match="formula"):
+        Model.from_dict(entries_with(("boundaries", 0, "name"), "+x side"))
 
 
 def test_the_longest_texts() -> None:

@@ -31,7 +31,7 @@ def solve_in_attempts(
     balance: Balance,
     guess: Floats | None,
     explained: float | None,
-    predictor: Predictor,
+    predictor: Predictor | None,
     warnings: RunWarnings,
 ) -> Equilibrium:
     """Returns the equilibrium of the first attempt at a step that has one.
@@ -43,7 +43,7 @@ def solve_in_attempts(
         guess: nodal displacement for the first attempt [length], shape (nodes, dim), or None.
         explained: greatest motion that loads and boundaries explain, see `explained_motion`; None
             with a guess that is no prediction.
-        predictor: made the guess; it rests after it has failed where soil is in contact.
+        predictor: made the guess, and rests after it has failed; None if it is not to rest.
         warnings: of the run.
 
     Raises:
@@ -53,7 +53,8 @@ def solve_in_attempts(
         try:
             found = solve(newton, guess)
             if explained is not None and _strays(found, explained, balance):
-                predictor.misled()
+                if predictor is not None:
+                    predictor.misled()
                 balance.restart(newton.changes)
                 found = solve(newton, None)
                 if _strays(found, explained, balance):
@@ -62,7 +63,7 @@ def solve_in_attempts(
         except StepFailed as failure:
             if following is None:
                 raise
-            if guess is not None and step.constraints.contacts:
+            if guess is not None and predictor is not None:
                 predictor.misled()
             if step.after > step.before:  # else a search for the starting state
                 warnings.line_search(failure.reason, step.after)

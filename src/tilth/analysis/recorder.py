@@ -427,8 +427,9 @@ class Recorder:
         self.simulation.run_warnings.collect(self.simulation.comm)
 
     def _say_warnings(self) -> None:
-        said = {without_stage(text) for text in self.log.warnings}
-        for text in self.simulation.warnings if self._writes else []:
+        texts = self.simulation.warnings if self._writes else []
+        said = {without_stage(text) for text in self.log.warnings} if texts else set()
+        for text in texts:
             if self.analysis.number > 0 and without_stage(text) in said:
                 continue  # in an earlier stage
             self.log.warning(text)

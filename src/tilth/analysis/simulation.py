@@ -453,8 +453,9 @@ class Simulation:
                 balance, step.conditions, self._solver, newton, self.timers, guess, on_iteration
             )
 
+        resting = self._predictor if self.contact_surfaces else None
         return solve_in_attempts(
-            attempts, solve, step, balance, guess, explained, self._predictor, self.run_warnings
+            attempts, solve, step, balance, guess, explained, resting, self.run_warnings
         )
 
     def terms(self, step: PreparedStep, soil: Soil) -> list[Term]:

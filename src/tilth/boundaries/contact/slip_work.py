@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The work of contact's tractions on slips and gaps: what friction takes of a body's work."""
+"""The work of contact's tractions on slips: what friction takes of a body's work."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ from tilth.boundaries.contact.law import ContactResponse
 
 @dataclass(frozen=True)
 class SlipWork:
-    """Work of the tractions of a surface on slips and gaps in a step [force length].
+    """Work of the tractions of a surface on slips in a step [force length].
 
     Attributes:
-        total: work of the surface, its force times its own motion, less that on the soil.
+        total: work of the surface, its force times its own motion, less that on the soil: of the
+            shear tractions on the slips, for what is in contact has no gap.
         friction: what friction dissipates of it.
         normal: integral of the normal traction over the surface at the end [force], tension > 0.
     """
@@ -29,7 +30,7 @@ class SlipWork:
 def slip_work(
     parts: Sequence[tuple[Supports, Floats, ContactResponse]], normal_before: float | None
 ) -> SlipWork:
-    """Returns the work of the tractions on slips and gaps in the step.
+    """Returns the work of the shear tractions on slips in the step.
 
     By the trapezoidal rule, as all other work. What slides has its shear strength from the start of
     the step on, whatever traction it had while it stuck or slid another way.
@@ -47,10 +48,9 @@ def slip_work(
         before, sliding = scale * support.before, response.sliding
         strength = support.law.strength(-before[:, 0])[0]
         before[sliding, 1:] = strength[sliding, None] * response.slip[sliding]
-        slip = end.copy()
-        slip[:, 0] -= support.gap
-        work = 0.5 * support.area[:, None] * (before + response.traction) * slip
+        mean = 0.5 * (before + response.traction)[:, 1:]
+        work = support.area * (mean * end[:, 1:]).sum(axis=1)
         total += float(work.sum())
-        friction += float(work[sliding | ~response.closed, 1:].sum())
+        friction += float(work[sliding | ~response.closed].sum())
         normal += float(support.area @ response.traction[:, 0])
     return SlipWork(total, friction, normal)
