@@ -33,7 +33,7 @@ from tilth.model.fields import (
 from tilth.model.geometry_base import DeclaredGeometry as DeclaredGeometry
 from tilth.model.geometry_base import unit as unit
 from tilth.model.problems import rejection
-from tilth.model.shapes import box_axes, turned_box_problems
+from tilth.model.shapes import box_axes, plan_problems, turned_box_problems
 from tilth.model.solid_geometries import ConeGeometry as ConeGeometry
 from tilth.model.solid_geometries import FootingGeometry as FootingGeometry
 from tilth.model.solid_geometries import PlateGeometry as PlateGeometry
@@ -361,14 +361,7 @@ class TerrainGeometry(DeclaredGeometry):
 
     def size_problems(self, dimension: int) -> Iterator[Problem]:
         """As `DeclaredGeometry.size_problems`."""
-        for key in ("lower", "upper"):
-            corner = getattr(self, key)
-            if len(corner) != dimension - 1:
-                what = f"has {len(corner)} components, not one for each horizontal axis"
-                yield Problem(key, what, "give [x] in 2D, [x, y] in 3D", corner)
-                return
-        if any(high <= low for low, high in zip(self.lower, self.upper, strict=True)):
-            yield Problem("upper", "must exceed `lower` in every direction", "", self.upper)
+        yield from plan_problems(self.lower, self.upper, dimension)
 
 
 class MeshGeometry(DeclaredGeometry):

@@ -332,14 +332,7 @@ class Terrain(FileShape):
 
     def size_problems(self, dimension: int) -> Iterator[Problem]:
         """As `DeclaredShape.size_problems`."""
-        for key in ("lower", "upper"):
-            corner = getattr(self, key)
-            if len(corner) != dimension - 1:
-                what = f"has {len(corner)} components, not one for each horizontal axis"
-                yield Problem(key, what, "give [x] in 2D, [x, y] in 3D", corner)
-                return
-        if any(high <= low for low, high in zip(self.lower, self.upper, strict=True)):
-            yield Problem("upper", "must exceed `lower` in every direction", "", self.upper)
+        yield from plan_problems(self.lower, self.upper, dimension)
 
     def levels(self) -> dict[str, Any]:
         """Returns its elevations by key."""
@@ -399,6 +392,19 @@ if TYPE_CHECKING:
     Shape = DeclaredShape
 else:
     Shape = Annotated[Union[SHAPES], Field(discriminator="type"), chosen_by("type", *SHAPES)]  # noqa: UP007 - of a tuple
+
+
+def plan_problems(
+    lower: Sequence[float], upper: Sequence[float], dimension: int
+) -> Iterator[Problem]:
+    """Yields what is wrong with the corners of a rectangle in plan, or of a stretch of x in 2D."""
+    for key, corner in (("lower", lower), ("upper", upper)):
+        if len(corner) != dimension - 1:
+            what = f"has {len(corner)} components, not one for each horizontal axis"
+            yield Problem(key, what, "give [x] in 2D, [x, y] in 3D", corner)
+            return
+    if any(high <= low for low, high in zip(lower, upper, strict=True)):
+        yield Problem("upper", "must exceed `lower` in every direction", "", upper)
 
 
 def turned_box_problems(angle: float, axis: Axis | None, dimension: int) -> Iterator[Problem]:
