@@ -67,6 +67,15 @@ class Outcome:
     err: str
 
 
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a small run, with its case file beside it."""
+    folder = tmp_path_factory.mktemp("finished")
+    (folder / "case.toml").write_text(CASE, encoding="utf-8")
+    assert run_command(["run", str(folder / "case.toml"), "--quiet"]) == 0
+    return folder / "case"
+
+
 @pytest.fixture
 def tilth(capfd: pytest.CaptureFixture[str]) -> Callable[..., Outcome]:
     """Runs `tilth ARGUMENTS`."""

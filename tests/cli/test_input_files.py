@@ -15,7 +15,6 @@ from tilth import BadInput, load_case
 from tilth.bodies.gmsh_file import read_gmsh
 from tilth.bodies.stl_file import read_stl
 from tilth.case import load_element_case, load_study
-from tilth.cli import run_command
 from tilth.fields.grid_file import read_grid
 from tilth.fields.heights import read_heights
 from tilth.fields.survey import read_survey
@@ -219,15 +218,6 @@ def test_no_case_file(command: str, kind: str, tilth: Tilth, tmp_path: Path) -> 
     assert done.err.startswith(f"{file}: "), done.err
     assert STRANGE[kind].removeprefix("it ") in done.err, done.err
     assert os.listdir(tmp_path) == ["case.toml"]
-
-
-@pytest.fixture(scope="module")
-def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of a small run."""
-    folder = tmp_path_factory.mktemp("finished")
-    (folder / "case.toml").write_text(CASE, encoding="utf-8")
-    assert run_command(["run", str(folder / "case.toml"), "--quiet"]) == 0
-    return folder / "case"
 
 
 OF_RUNS = {

@@ -15,22 +15,12 @@ import pytest
 
 from tilth import BadInput
 from tilth.analysis.run import set_threads
-from tilth.cli import run_command
 from tilth.plot.encoders import _of_ffmpeg
 from tilth.plot.movie import write_movie
 
 from .conftest import CASE, Outcome
 
 Tilth = Callable[..., Outcome]
-
-
-@pytest.fixture(scope="module")
-def finished(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The folder of a small run, with its case file beside it."""
-    folder = tmp_path_factory.mktemp("finished")
-    (folder / "case.toml").write_text(CASE, encoding="utf-8")
-    assert run_command(["run", str(folder / "case.toml"), "--quiet"]) == 0
-    return folder / "case"
 
 
 FIELD = ("--field", "displacement_y", "--save")
