@@ -75,7 +75,7 @@ def creep(
         Where the soil is after each pseudo-step, and False; last of all its equilibrium without
         drag, and True, if it comes to rest within `PSEUDO_STEPS`.
     """
-    loose = replace(newton, tolerance=max(TOLERANCE, newton.tolerance))
+    loose = replace(newton, tolerance=max(TOLERANCE, newton.tolerance), settles=False)
     size, taken, rest = 1.0, 0, FIRST_REST
     try:
         for _ in range(PSEUDO_STEPS):

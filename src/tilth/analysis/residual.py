@@ -31,6 +31,8 @@ class Newton:
         maximum_iterations: iterations after which the step counts as failed.
         line_search: whether steps that do not reduce the residual are shortened.
         round_off: residual [force] that round-off alone explains; it always counts as converged.
+        settles: whether the iteration goes on until nothing changes at its solution any more; else
+            that is left to what follows.
         changes: how terms change what they fix, as which soil takes part in contact.
     """
 
@@ -38,6 +40,7 @@ class Newton:
     maximum_iterations: int
     line_search: bool
     round_off: float
+    settles: bool = True
     changes: Changes = Changes.USUAL
 
 

@@ -330,7 +330,7 @@ class Simulation:
 
     def soil_on(self, active: ActiveGrid) -> Soil:
         """Returns the soil on the grid of a step."""
-        return Soil(self.points, active, self.kind, self.timers)
+        return Soil(self.points, active, self.kind, self.timers, self.distribution.own)
 
     def locate(self, time: float) -> ActiveGrid:
         """Locates the points on the grid of the step that begins at `time`; returns it.

@@ -103,7 +103,7 @@ def solve_step(
         if not math.isfinite(now.relative):
             raise StepFailed("the residual is not a number", residuals=residuals)
         if residual.balanced(now, newton, len(residuals) - 1) and not moving:
-            if _revised(balance, now, residuals):
+            if _revised(balance, now, residuals) and newton.settles:
                 begun = len(residuals)
                 now = residual.at(now.displacement, now.unknowns)
                 residuals.pop()
