@@ -14,7 +14,10 @@ from tilth.mpm.soil import Soil
 from tilth.terms.protocol import AssembledTerm, Changes, Role, Term
 
 MOST_REVISIONS = 25
-"""Revisions of plastic volume changes in a step, at most."""
+"""Revisions of plastic volume changes in a solution, at most."""
+
+REVISIONS, PROGRESS = 8, 0.3
+"""Revisions after which the changes must be below this share of the first one."""
 
 
 class SoilForces(Term):
@@ -34,7 +37,7 @@ class _SoilForces(AssembledTerm):
     def __init__(self, soil: Soil, active: ActiveGrid) -> None:
         self._soil, self._pattern = soil, active
         self._domains: MovedDomains = {}
-        self._revisions = 0
+        self._sizes: list[float] = []
 
     def force(self, displacement: Floats) -> Floats:
         self._soil.update(displacement)
@@ -45,13 +48,15 @@ class _SoilForces(AssembledTerm):
 
     def restart(self, changes: Changes) -> None:
         self._soil.restart()
-        self._revisions = 0
+        self._sizes.clear()
 
     def revise(self, displacement: Floats) -> bool:
-        if self._soil.revise() <= 1.0:
+        size = self._soil.revise()
+        if size <= 1.0:
             return False
-        self._revisions += 1
-        if self._revisions > MOST_REVISIONS:
+        self._sizes.append(size)
+        tried = len(self._sizes)
+        if tried > MOST_REVISIONS or tried > REVISIONS and size > PROGRESS * self._sizes[0]:
             raise StepFailed("the plastic volume changes of the points do not settle")
         return True
 
