@@ -10,7 +10,7 @@ from enum import Enum
 
 import numpy as np
 
-from tilth.analysis.residual import Newton, Residual, State
+from tilth.analysis.residual import Newton, Refinement, Residual, State
 from tilth.arrays import Flags, Floats
 from tilth.boundaries import Conditions
 from tilth.errors import StepFailed
@@ -31,6 +31,9 @@ KEPT_MATRIX_RESIDUAL = 5.0
 
 KEPT_LEVELS_RATIO = 0.1
 """Largest ratio of two residuals in a row with which multigrid keeps its levels."""
+
+REFINED_FROM = 1e-3
+"""Relative residual from which on terms become more exact."""
 
 LINE_SEARCH = (1.0, 0.5, 0.25, 0.125)
 """Shares of a correction that a line search tries, in this order."""
@@ -94,16 +97,23 @@ def solve_step(
     linearised = Linearisation(balance, constrained, solver, timers)
     residuals: list[float] = []
     begun, reuse = 0, Reuse.NOTHING
+    refines = newton.refinement is Refinement.SETTLED
     now, initial_reaction, moving = _first_state(residual, balance, conditions, guess, unknowns)
     while True:
         if newton.changes is Changes.CAREFUL and balance.adapt(now.displacement):
             now = residual.at(now.displacement, now.unknowns)
         residuals.append(now.relative)
         on_iteration(len(residuals) - 1, now.relative)
+        if refines and not moving and now.relative <= REFINED_FROM:
+            refines = _refined(balance, now, residuals)
+            if refines:
+                begun = len(residuals)
+                now = residual.at(now.displacement, now.unknowns)
+                residuals[-1] = now.relative
         if not math.isfinite(now.relative):
             raise StepFailed("the residual is not a number", residuals=residuals)
         if residual.balanced(now, newton, len(residuals) - 1) and not moving:
-            if _revised(balance, now, residuals) and newton.settles:
+            if _revised(balance, now, newton.refinement, residuals):
                 begun = len(residuals)
                 now = residual.at(now.displacement, now.unknowns)
                 residuals.pop()
@@ -131,10 +141,24 @@ def solve_step(
         moving = False
 
 
-def _revised(balance: Balance, now: State, residuals: list[float]) -> bool:
+def _revised(balance: Balance, now: State, refinement: Refinement, residuals: list[float]) -> bool:
     """Returns whether terms changed at a converged state, as by soil that came into contact."""
     try:
-        return balance.revise(now.displacement)
+        if balance.revise(now.displacement):
+            return True
+        if refinement is Refinement.NONE:
+            return False
+    except StepFailed as failure:
+        failure.residuals = residuals
+        raise
+    changed = _refined(balance, now, residuals)
+    return changed and refinement is Refinement.SETTLED
+
+
+def _refined(balance: Balance, now: State, residuals: list[float]) -> bool:
+    """Returns whether terms became more exact."""
+    try:
+        return balance.refine(now.displacement)
     except StepFailed as failure:
         failure.residuals = residuals
         raise

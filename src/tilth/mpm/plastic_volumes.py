@@ -13,7 +13,8 @@ and the elastic parts, and with them the pressures, change alike within a cell. 
 cell is zero.
 
 k is fixed during Newton's iteration and revised at its solutions, with Anderson's acceleration
-(1965), until the equilibrium belongs to it.
+(1965), until the equilibrium belongs to it. That is done in strength reduction, which asks for a
+limit; steps of a run are smaller, and less of them is lost (docs/decisions/0043-...).
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ SETTLED = 1e-2
 """Greatest change of k over the mean elastic volumetric strain with which it is settled [-]."""
 
 RELAXATION = 1.3
-"""Factor of the differences: with friction and dilation a revision alone leaves 0.3 to 0.5 of them."""
+"""Factor of the changes: a plain revision leaves 0.3 to 0.5 of them."""
 
 REMEMBERED = 5
 """Revisions from which the next one is extrapolated."""

@@ -10,7 +10,7 @@ beyond a share of the cell's own weight:
     t = M j / h / sqrt(1 + (j / j_0)^2),   M = W (1 - f) rho b h,   j_0 = a f h / W,
 
 with the kink j, the jump of the normal derivative times the mean size h of the two cells, the
-filled fraction f of the emptier one and its unit weight rho b. So t stays below a f (1 - f) rho b h,
+filled fraction f of the emptier one, its unit weight rho b. So t stays below a f (1 - f) rho b h,
 a share of the cell's weight over its face: enough to hold a sliver, and little beside soil that
 slides. The forces on the nodes of a face have no resultant and no moment, and vanish with h.
 """

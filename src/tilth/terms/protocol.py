@@ -81,6 +81,8 @@ class AssembledTerm(ABC):
     def restart(self, changes: Changes) -> None:  # noqa: B027
         """Undoes what `adapt` and `revise` changed, before the step is solved once more.
 
+        What `refine` changed stays, as a better start.
+
         changes: how it changes in this attempt.
         """
 
@@ -102,6 +104,19 @@ class AssembledTerm(ABC):
 
         Returns:
             Whether something changed: the balance must then be solved again.
+
+        Raises:
+            StepFailed: it does not settle.
+        """
+        return False
+
+    def refine(self, displacement: Floats) -> bool:
+        """Makes the term more exact at an equilibrium, where the iteration asks for it.
+
+        At the displacement of the last call of `force`.
+
+        Returns:
+            Whether it changed: the balance must then be solved again.
 
         Raises:
             StepFailed: it does not settle.

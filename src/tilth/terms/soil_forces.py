@@ -50,13 +50,13 @@ class _SoilForces(AssembledTerm):
         self._soil.restart()
         self._sizes.clear()
 
-    def revise(self, displacement: Floats) -> bool:
-        size = self._soil.revise()
+    def refine(self, displacement: Floats) -> bool:
+        size = self._soil.refine()
         if size <= 1.0:
             return False
         self._sizes.append(size)
         tried = len(self._sizes)
-        if tried > MOST_REVISIONS or tried > REVISIONS and size > PROGRESS * self._sizes[0]:
+        if tried > MOST_REVISIONS or (tried > REVISIONS and size > PROGRESS * self._sizes[0]):
             raise StepFailed("the plastic volume changes of the points do not settle")
         return True
 
