@@ -33,11 +33,12 @@ NodeLists = tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]]
 
 
 class Role(Enum):
-    """The sum of forces, for the scale of the residual, to which a term belongs."""
+    """The sum of forces, for the scale of the residual and for the energies, that a term is of."""
 
     SOIL = auto()
     LOAD = auto()
     INERTIA = auto()
+    STABILISATION = auto()
     OTHER = auto()
 
 
