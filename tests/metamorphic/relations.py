@@ -70,7 +70,8 @@ def turn(subject: Subject) -> Iterator[str]:
 
 def shift(subject: Subject) -> Iterator[str]:
     """A model moved by whole cells has the same result there."""
-    along = np.array([subject.random.randint(-9, 9) for _ in range(subject.dim)])
+    random = subject.random
+    along = np.array([random.randint(-9, 9) for _ in range(subject.dim)])
     if subject.kind == "axisymmetric":
         along[0] = 0
     yield from _of_frame(subject, Frame(np.eye(subject.dim), CELL * along), by_round_off(subject))
@@ -81,7 +82,8 @@ def units(subject: Subject) -> Iterator[str]:
 
     But for the logarithms of Cam Clay.
     """
-    length, stress, time = (4.0 ** subject.random.randint(-3, 3) for _ in range(3))
+    random = subject.random
+    length, stress, time = (4.0 ** random.randint(-3, 3) for _ in range(3))
     frame = Frame(np.eye(subject.dim), np.zeros(subject.dim), length, stress, time)
     bound = by_round_off(subject) if subject.choice["law"] == "modified_cam_clay" else 0.0
     yield from _of_frame(subject, frame, bound)
