@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-import tilth.analysis.simulation
+import tilth.analysis.attempts
 from tilth import Model
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
@@ -162,7 +162,7 @@ def next_balance(
         raise Stopped
 
     with monkeypatch.context() as patched:
-        patched.setattr(tilth.analysis.simulation, "solve_step", stop)
+        patched.setattr(tilth.analysis.attempts, "solve_step", stop)
         with pytest.raises(Stopped):
             simulation.advance(before, after)
     return found[0]

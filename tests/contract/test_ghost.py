@@ -31,7 +31,8 @@ from tilth.mpm.grid import ActiveGrid, Buffers, Grid, locate
 from tilth.mpm.keys import find_keys, lattice_keys
 from tilth.mpm.soil import Soil
 from tilth.terms.balance import Balance
-from tilth.terms.ghost import LEAST_ELASTIC_SHARE, Faces, Ghost, filled_cells, ghost_faces
+from tilth.terms.filled_cells import LEAST_ELASTIC_SHARE, filled_cells
+from tilth.terms.ghost import Faces, Ghost, ghost_faces
 from tilth.terms.inertia import Inertia, TimeIntegration, TimeStep
 from tilth.terms.linear import LinearForces
 from tilth.terms.soil_forces import SoilForces

@@ -23,7 +23,7 @@ from small_problems import (
     yields,
 )
 
-import tilth.analysis.simulation
+import tilth.analysis.attempts
 from tilth import Model
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step import Equilibrium, solve_step
@@ -213,10 +213,10 @@ def equations(
         found.extend(arguments)
         raise Stopped
 
-    monkeypatch.setattr(tilth.analysis.simulation, "solve_step", stop)
+    monkeypatch.setattr(tilth.analysis.attempts, "solve_step", stop)
     with pytest.raises(Stopped):
         simulation.advance(before, after)
-    monkeypatch.setattr(tilth.analysis.simulation, "solve_step", solve_step)
+    monkeypatch.setattr(tilth.analysis.attempts, "solve_step", solve_step)
     balance, conditions, *_ = found
     active = balance.active
     size = active.nodes * active.grid.dim

@@ -28,9 +28,10 @@ HALVED, LEAST_OF_HALVED = 1.0, 1e-3
 """Greatest ratio of what changes when steps are halved once more and when they are halved; and a
 relative difference that is small enough in any case."""
 
-UNLOADED = 0.2
-"""Share of the displacement that is left of an elastic load cycle: of the order of a cell over the
-height, as points have come into other cells."""
+UNLOADED, LEFT_OF_HALVED = 0.2, 0.75
+"""Share of the displacement that is left of an elastic load cycle: of the order of the motion of a
+step in cells, as the basis is another one on the way back; and what is left of it with steps of
+half the size, where an error of the first order is halved."""
 
 STEP_ENERGY = 3.0
 """Error of the work of a step over that work, divided by the displacement in cells."""

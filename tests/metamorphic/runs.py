@@ -30,6 +30,7 @@ class Moment:
         stage: number.
         number: permanent numbers of the points, (n,).
         position, displacement: [length], (n, dim).
+        cell: in which they are, (n, dim).
         stress: [stress], (n, 6).
         plastic_strain: [-], (n,).
         volume: relative to the initial one [-], (n,).
@@ -53,6 +54,7 @@ class Moment:
     number: Integers
     position: Floats
     displacement: Floats
+    cell: Integers
     stress: Floats
     plastic_strain: Floats
     volume: Floats
@@ -163,6 +165,7 @@ def _moment(
         number=points.point_id[order],
         position=points.position[order],
         displacement=points.displacement[order],
+        cell=np.floor(simulation.grid.in_cells(points.position[order])).astype(np.int64),
         stress=points.stress[order],
         plastic_strain=points.plastic[order, 0],
         volume=np.linalg.det(points.deformation_gradient[order]),

@@ -325,12 +325,12 @@ def test_multigrid_solves_contact_in_space() -> None:
     model, found, reasons = Model.from_dict(given), [], []
     for solver in ("superlu", "multigrid"):
         simulation = Simulation(model)
-        simulation._solver = linear_solver(solver, 3, len(simulation.points), reasons.append)
+        simulation.solver = linear_solver(solver, 3, len(simulation.points), reasons.append)
         result = simulation.advance(0.0, 1.0)
         found.append(simulation.points.displacement)
         assert result.resultant("block on ground")[2] == pytest.approx(-10.0, rel=1e-6)
     assert reasons == []
-    assert 0 < max(simulation._solver.iterations, default=0) <= 15
+    assert 0 < max(simulation.solver.iterations, default=0) <= 15
     assert np.abs(found[1] - found[0]).max() < 1e-7 * np.abs(found[0]).max()
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from contact_terms import DRIVEN, pressed
 
-import tilth.analysis.simulation
+import tilth.analysis.attempts
 from tilth.analysis.predictor import REST, Predictor
 from tilth.analysis.simulation import Simulation
 from tilth.errors import StepFailed
@@ -25,7 +25,7 @@ def advance(simulation: Simulation, step: int) -> None:
 def guesses(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
     """Whether each attempt has a guess; those that have one fail."""
     asked: list[bool] = []
-    solve = tilth.analysis.simulation.solve_step
+    solve = tilth.analysis.attempts.solve_step
 
     def solve_without(*arguments: Any) -> Any:
         asked.append(arguments[5] is not None)
@@ -33,7 +33,7 @@ def guesses(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
             raise StepFailed("the guess leads astray")
         return solve(*arguments)
 
-    monkeypatch.setattr(tilth.analysis.simulation, "solve_step", solve_without)
+    monkeypatch.setattr(tilth.analysis.attempts, "solve_step", solve_without)
     return asked
 
 

@@ -76,7 +76,7 @@ def test_oblique_surface_in_space(seed: int) -> None:
         points.initial_volume[kept], points.half_length[kept],
     )  # fmt: skip
     simulation = Simulation(model, points)
-    simulation._solver = solver = Systems()
+    simulation.solver = solver = Systems()
     simulation.advance(0.0, model.schedule.regular_time(1))
     system, _ = solver.kept[0]
     assert solve(system, without_pattern(system))[1] <= 20

@@ -103,7 +103,7 @@ def test_nodes_of_a_moved_grid_take_the_guess_from_the_points() -> None:
     points.last_displacement[:] = [0.004, -0.002] + points.position @ gradient.T
     moved = replace(simulation.grid, origin=simulation.grid.origin + 0.3)
     active = locate(points, moved, Buffers())
-    guess = simulation._predictor.guess(simulation.soil_on(active), 0.1, 0.15)
+    guess = simulation.predictor.guess(simulation.soil_on(active), 0.1, 0.15)
     expected = [0.002, -0.001] + 0.5 * active.position @ gradient.T
     assert guess is not None
     np.testing.assert_allclose(guess, expected, rtol=0, atol=1e-15)
@@ -112,9 +112,9 @@ def test_nodes_of_a_moved_grid_take_the_guess_from_the_points() -> None:
 def test_well_supported_nodes_keep_their_displacement() -> None:
     simulation = pulled()
     active = locate(simulation.points, simulation.grid, Buffers())
-    last = simulation._predictor.displacement
+    last = simulation.predictor.displacement
     assert np.abs(last).max() > 1e-4
-    guess = simulation._predictor.guess(simulation.soil_on(active), 0.1, 0.15)
+    guess = simulation.predictor.guess(simulation.soil_on(active), 0.1, 0.15)
     assert guess is not None
     kept = well_supported(simulation.soil_on(active))
     assert 0 < kept.sum() < active.nodes
@@ -136,7 +136,7 @@ def test_well_supported_nodes_keep_their_displacement() -> None:
 def test_the_guess_grows_with_loads_and_motions(tables: Any, growth: float) -> None:
     simulation = pulled()
     predictor = Predictor(2, [LoadCurve(table) for table in tables])
-    predictor.restore(simulation._predictor.state() | {"size": np.array(1.0)})
+    predictor.restore(simulation.predictor.state() | {"size": np.array(1.0)})
     active = locate(simulation.points, simulation.grid, Buffers())
     guess = predictor.guess(simulation.soil_on(active), 1.0, 2.0)
     assert guess is not None
@@ -170,7 +170,7 @@ def test_nodes_of_a_boundary_receive_the_displacement_upstream() -> None:
     """u(x - u) for a linear u, to the edge of the soil; also where the soil supports no node."""
     simulation = pulled()
     active = locate(simulation.points, simulation.grid, Buffers())
-    predictor, soil = simulation._predictor, simulation.soil_on(active)
+    predictor, soil = simulation.predictor, simulation.soil_on(active)
     position = active.position[find_keys(active.key, predictor.key)]
     gradient = np.array([[0.01, 0.02], [-0.03, 0.005]])
     predictor.displacement = np.array([0.004, -0.002]) + position @ gradient.T
@@ -185,7 +185,7 @@ def test_nodes_of_a_boundary_receive_the_displacement_upstream() -> None:
 @pytest.mark.parametrize(("share", "kept"), [(0.99, True), (1.01, False)])
 def test_nodes_keep_it_only_while_the_soil_stays(share: float, kept: bool) -> None:
     simulation = pulled()
-    predictor = simulation._predictor
+    predictor = simulation.predictor
     cells = np.abs(predictor.displacement / simulation.grid.cell_size).max()
     predictor.displacement = predictor.displacement * (share * LARGEST_MOTION / cells)
     active = locate(simulation.points, simulation.grid, Buffers())
@@ -214,7 +214,7 @@ def test_a_slender_body_that_moves_by_cells() -> None:
 def test_no_guess_without_a_predictor_or_a_step() -> None:
     simulation = leaning_block("plane_strain", "linear", "hencky_elastic", 60.0)
     active = locate(simulation.points, simulation.grid, Buffers())
-    assert simulation._predictor.guess(simulation.soil_on(active), 0.0, 0.1) is None
+    assert simulation.predictor.guess(simulation.soil_on(active), 0.0, 0.1) is None
     asked = pulled(predictor=False)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Predictor, "guess", lambda *arguments: pytest.fail("it was asked for"))

@@ -12,7 +12,7 @@ import pytest
 import random_polyhedra
 from random_polygons import mean_depth, problem, tracked_depth
 
-import tilth.analysis.simulation
+import tilth.analysis.attempts
 from tilth import AnalysisFailed, Model, run
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step import Equilibrium
@@ -35,7 +35,7 @@ class Watched:
         self.simulation: Simulation | None = None
         self._own: Any = 0.0
         self.restart()
-        solve, advance = tilth.analysis.simulation.solve_step, Simulation.advance
+        solve, advance = tilth.analysis.attempts.solve_step, Simulation.advance
 
         def watched_solve(balance: Balance, *rest: Any, **more: Any) -> Equilibrium:
             found = solve(balance, *rest, **more)
@@ -51,7 +51,7 @@ class Watched:
             self.note(simulation, result)
             return result
 
-        patch.setattr(tilth.analysis.simulation, "solve_step", watched_solve)
+        patch.setattr(tilth.analysis.attempts, "solve_step", watched_solve)
         patch.setattr(Simulation, "advance", watched_advance)
 
     def restart(self) -> None:

@@ -12,7 +12,7 @@ from implicit_blocks import by_number, flat
 from readings import some_of
 
 from tilth import Model
-from tilth.analysis.attempts import explained_motion, solve_in_attempts
+from tilth.analysis.attempts import explained_motion, solve, solve_in_attempts
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.curves.chain import Chain
@@ -103,7 +103,7 @@ def converged(simulation: Simulation, motion: float) -> Any:
     step = simulation.prepare(0.0, 1.0)
     soil = simulation.soil_on(step.active)
     balance = Balance(step.active, simulation.terms(step, soil))
-    equilibrium = simulation.solve(step, soil, balance, lambda iteration, residual: None)
+    equilibrium = solve(simulation, step, soil, balance, lambda iteration, residual: None)
     moved = np.full_like(equilibrium.displacement, motion)
     return step, balance, replace(equilibrium, displacement=moved)
 
@@ -122,13 +122,13 @@ def test_what_the_guess_does_not_explain_is_solved_without_it(without_guess: flo
             raise StepFailed("no equilibrium")
         return replace(near, displacement=np.full_like(near.displacement, without_guess))
 
-    attempts = simulation._attempts[:1]
+    attempts = simulation.attempts[:1]
     explained = explained_motion(step, guess)
     assert explained == pytest.approx(0.03)
 
     def found() -> Any:
         return solve_in_attempts(
-            attempts, solve, step, balance, guess, explained, simulation._predictor,
+            attempts, solve, step, balance, guess, explained, simulation.predictor,
             simulation.run_warnings,
         )  # fmt: skip
 
@@ -137,7 +137,7 @@ def test_what_the_guess_does_not_explain_is_solved_without_it(without_guess: flo
             found()
         return
     assert found().displacement.max() == without_guess
-    assert simulation._predictor.rest > 0
+    assert simulation.predictor.rest > 0
     assert len(simulation.run_warnings.texts) == (without_guess > explained)
 
 

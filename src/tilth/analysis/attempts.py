@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The attempts at a step: with the guess of the predictor, without it, with a line search.
+"""The attempts at a step: with the predictor's guess, without, with a line search, by creep.
 
 Contact that opens and closes can have more than one equilibrium: a block stands, or leans on a
 corner. Newton's iteration finds the nearest one to where it begins, and a guess may be nearer to
@@ -10,18 +10,88 @@ explains is solved again from where the soil is.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from itertools import zip_longest
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tilth.analysis.creep import crept_to_rest
 from tilth.analysis.predictor import Predictor
 from tilth.analysis.residual import Newton
 from tilth.analysis.run_warnings import JUMP, NO_JUMP, RunWarnings
-from tilth.analysis.step import Equilibrium
+from tilth.analysis.step import Equilibrium, solve_step
 from tilth.analysis.step_result import PreparedStep
 from tilth.arrays import Floats
 from tilth.errors import StepFailed
+from tilth.mpm.soil import Soil
 from tilth.terms.balance import Balance
+from tilth.terms.drag import Drag
+from tilth.terms.protocol import Changes
+
+if TYPE_CHECKING:
+    from tilth.analysis.simulation import Simulation
+
+
+def solve(
+    simulation: Simulation,
+    step: PreparedStep,
+    soil: Soil,
+    balance: Balance,
+    on_iteration: Callable[[int, float], None],
+    tolerance: float | None = None,
+    drag: Drag | None = None,
+) -> Equilibrium:
+    """Finds the equilibrium of a step, in several attempts if Newton's iteration needs them.
+
+    Args:
+        simulation: whose step it is.
+        step, soil, balance: the step, with all its terms.
+        on_iteration: is called with each iteration and its relative residual.
+        tolerance: of the residual if it is less than that of the analysis [-].
+        drag: one of the terms, against which soil creeps after all other attempts have failed;
+            None if it does not.
+
+    Raises:
+        StepFailed: there is no equilibrium.
+    """
+    attempts, predictor = simulation.attempts, simulation.predictor
+    if tolerance is not None:
+        least = min(tolerance, simulation.model.analysis.tolerance)
+        attempts = [replace(newton, tolerance=least) for newton in attempts]
+    guess: Floats | None = None
+    explained: float | None = None
+    dynamics = simulation.dynamics
+    if dynamics is not None and (simulation.relaxes or step.after > step.before):
+        guess = dynamics.guess(balance)
+    elif simulation.model.analysis.predictor and not simulation.is_forced:
+        held = step.constraints.coupled_nodes()  # a free motion has no guess
+        guess = predictor.guess(soil, step.before, step.after, held)
+        if guess is not None:
+            guess = step.active.updated(guess)
+            explained = explained_motion(step, guess)
+
+    def solved(newton: Newton, guess: Floats | None, unknowns: Floats | None = None) -> Equilibrium:
+        return solve_step(
+            balance, step.conditions, simulation.solver, newton, simulation.timers, guess,
+            on_iteration, unknowns,
+        )  # fmt: skip
+
+    resting = predictor if simulation.contact_surfaces else None
+    try:
+        return solve_in_attempts(
+            attempts, solved, step, balance, guess, explained, resting, simulation.run_warnings
+        )
+    except StepFailed as failure:
+        if drag is None:
+            raise
+        balance.restart(Changes.USUAL)
+        begun = np.where(step.conditions.constrained, step.conditions.increment, 0.0)
+        found = crept_to_rest(simulation, step, soil, solved, drag, attempts[0], begun)
+        if found is None:
+            raise
+        simulation.run_warnings.crept(failure.reason, step.after)
+        return found
 
 
 def solve_in_attempts(
@@ -49,7 +119,10 @@ def solve_in_attempts(
     Raises:
         StepFailed: there is no equilibrium.
     """
-    for newton, following in zip_longest(attempts, attempts[1:]):
+    tries = [(newton, guess if newton is attempts[0] else None) for newton in attempts]
+    if guess is not None and len(attempts) > 1 and predictor is None:
+        tries.insert(1, (attempts[1], guess))  # a line search from where the first attempt began
+    for (newton, guess), following in zip_longest(tries, tries[1:]):
         try:
             found = solve(newton, guess)
             if explained is not None and _strays(found, explained, balance):
@@ -67,8 +140,8 @@ def solve_in_attempts(
                 predictor.misled()
             if step.after > step.before:  # else a search for the starting state
                 warnings.line_search(failure.reason, step.after)
-            guess = explained = None
-            balance.restart(following.changes)
+            explained = None
+            balance.restart(following[0].changes)
     raise AssertionError("a step is tried at least once")
 
 

@@ -10,6 +10,9 @@ from typing import Any
 
 from tilth.model import Schedule
 
+SHORT = 0.25
+"""Size over the regular one up to which a step is short."""
+
 GROW_AFTER = 2
 """Steps in a row that must converge before a step that was cut grows again."""
 
@@ -118,6 +121,12 @@ class Clock:
         """Whether the next step is of the least size, and so cannot be cut."""
         least = self.schedule.least_step * (1.0 + 1e-9)
         return self.schedule.adaptive and self.next_time() - self.time <= least
+
+    @property
+    def is_short(self) -> bool:
+        """Whether the next step is so short that its failure is not put down to its size."""
+        size = self.next_time() - self.time
+        return (self.schedule.adaptive and size <= SHORT * self._regular_size) or self.is_least
 
     def cut(self, share: float | None = None) -> bool:
         """Shortens the step that failed; returns whether it is still large enough to be tried.

@@ -14,16 +14,23 @@ drag bears what its strength does not. There is no inertia that could overshoot.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tilth.analysis.residual import Newton
 from tilth.analysis.step import Equilibrium
+from tilth.analysis.step_result import PreparedStep
 from tilth.arrays import Floats
 from tilth.errors import StepFailed
+from tilth.mpm.soil import Soil
 from tilth.terms.drag import Drag
+
+if TYPE_CHECKING:
+    from tilth.analysis.simulation import Simulation
 
 PSEUDO_STEPS = 60
 """Pseudo-steps that are tried, at most."""
@@ -43,6 +50,10 @@ are twice as many, since such a search takes long where it fails."""
 
 TOLERANCE = 1e-5
 """Relative residual of a pseudo-step [-]: it only has to lead on."""
+
+LARGEST_CREEP = 0.1
+"""Motion of a point, beyond what is prescribed, from which on soil does not come to rest in a step
+[cells]."""
 
 Solve = Callable[[Newton, Floats, Floats | None], Equilibrium]
 """Solves the balance by Newton's iteration from a displacement (nodes, dim) and global unknowns
@@ -90,3 +101,47 @@ def creep(
                 return
     finally:
         drag.size = np.inf
+
+
+def crept_to_rest(
+    simulation: Simulation,
+    step: PreparedStep,
+    soil: Soil,
+    solve: Solve,
+    drag: Drag,
+    newton: Newton,
+    displacement: Floats,
+) -> Equilibrium | None:
+    """Returns the equilibrium to which the soil creeps in a step; None if it does not come to rest.
+
+    In a pseudo-step of size 1 the drag is as stiff as a bar of all soil, E times its area over its
+    length.
+
+    Args:
+        simulation: whose step it is.
+        step, soil: the step.
+        solve, drag, newton: see `creep`.
+        displacement: of the nodes to begin with, prescribed motion included [length], (nodes, dim).
+    """
+    comm, own, owned = simulation.comm, simulation.owned_points, soil.active.owned
+    young = comm.sum(float((own.elastic_moduli().young * own.volume).sum()))
+    extent = [
+        comm.max(float(x.max(initial=-math.inf))) + comm.max(float((-x).max(initial=-math.inf)))
+        for x in own.position.T
+    ]
+    around = {
+        "plane_strain": 1.0, "axisymmetric": 2.0 * math.pi * min(extent), "3d": min(extent)
+    }  # fmt: skip
+    whole = comm.sum(float(own.volume.sum()))
+    shares = soil.nodal_volume / comm.sum(float(soil.nodal_volume[owned].sum()))
+    drag.stiffness = shares * (young / whole) * around[simulation.kind]
+    prescribed = comm.max(float(np.abs(step.conditions.increment).max(initial=0.0)))
+    driven = max(prescribed, comm.max(step.constraints.largest_increment()))
+    bound = driven + LARGEST_CREEP * float(step.active.grid.cell_size.min())
+    for found, at_rest in creep(solve, drag, newton, displacement, None):
+        if at_rest:
+            return found
+        moved = np.linalg.norm(soil.interpolate(found.displacement), axis=1)
+        if comm.max(float(moved.max(initial=0.0))) > bound:
+            return None
+    return None

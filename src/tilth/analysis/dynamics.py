@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from tilth.analysis.attempts import solve
 from tilth.analysis.step_result import PreparedStep
 from tilth.analysis.wave_boundaries import WaveBoundaries
 from tilth.arrays import Floats
@@ -144,7 +145,7 @@ class Dynamics:
             if simulation.model.stage.releases:
                 self.begun = True
                 return
-            found = simulation.solve(step, soil, balance, lambda iteration, residual: None)
+            found = solve(simulation, step, soil, balance, lambda iteration, residual: None)
         after, motion = inertia_of(balance).after(found.displacement), simulation.points.motion
         acceleration = soil.interpolate(after.acceleration) - self._damping * motion[:, 0]
         motion[:, 1] = motion[:, 2] = acceleration

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tilth.analysis.attempts import solve
 from tilth.analysis.residual import ITERATIONS_BEFORE_ROUND_OFF, Newton, Residual, State
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step import Equilibrium
@@ -283,7 +284,7 @@ class _Search:
         What springs hold of a body stays where it has come to.
         """
         simulation = self._simulation
-        equilibrium = simulation.solve(step, soil, balance, self._on_iteration, NEWTON_RESIDUAL)
+        equilibrium = solve(simulation, step, soil, balance, self._on_iteration, NEWTON_RESIDUAL)
         self.iterations += equilibrium.iterations
         with together(simulation.comm):
             balance.require_acceptable(equilibrium.displacement)

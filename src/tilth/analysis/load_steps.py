@@ -49,7 +49,7 @@ def load_steps(
             continue
         before, after = clock.time, clock.next_time()
         try:
-            result = simulation.advance(before, after, on_iteration, clock.is_least)
+            result = simulation.advance(before, after, on_iteration, clock.is_least, clock.is_short)
         except StepFailed as failure:
             if not clock.cut(failure.share):
                 if simulation.relaxation is not None:

@@ -122,6 +122,15 @@ class RunWarnings:
             "repeated with a line search; later steps may need it too, without a further warning",
         )
 
+    def crept(self, reason: str, time: float) -> None:
+        """A step whose equilibrium was found by letting the soil creep."""
+        self.note(
+            "crept",
+            f"Newton's method failed in the step to time {time:.6g}, however short ({reason}); the "
+            "soil was let go against a drag and came to rest in an equilibrium; later steps may "
+            "need it too, without a further warning",
+        )
+
     def repeated_cuts(self, step: int, cuts: int, causes: Sequence[str]) -> None:
         """A step that was shortened several times in a row; causes: the likely ones."""
         self.note(

@@ -98,9 +98,9 @@ class Trials:
             self._frozen.points = simulation.points
             self._distribution = simulation.distribution
             self._soil = simulation.soil_on(step.active)
-            shape = (step.active.nodes, step.active.grid.dim)
-            self._drag = Drag(np.zeros(shape[0]), np.zeros(shape))
-            self._balance = Balance(step.active, [*simulation.terms(step, self._soil), self._drag])
+            self._drag = Drag.of(step.active)
+            terms = simulation.terms(step, self._soil, self._frozen.stiffening)
+            self._balance = Balance(step.active, [*terms, self._drag])
         finally:
             ghost.restore(stored)
             simulation.points, simulation.distribution = points, distribution

@@ -11,14 +11,14 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth.analysis.acceptance import move_surfaces, require_acceptable, warn
-from tilth.analysis.attempts import explained_motion, solve_in_attempts
+from tilth.analysis.attempts import solve
 from tilth.analysis.checks import check_first_step
 from tilth.analysis.dynamics import Dynamics
 from tilth.analysis.grid_motion import GridMotion
 from tilth.analysis.kept_contact import KeptContact
 from tilth.analysis.predictor import Predictor, load_curves
 from tilth.analysis.relaxation import Relaxation
-from tilth.analysis.residual import Newton, newton_attempts
+from tilth.analysis.residual import newton_attempts
 from tilth.analysis.run_warnings import RunWarnings
 from tilth.analysis.state import (
     DECLARED_POSITION,
@@ -29,7 +29,6 @@ from tilth.analysis.state import (
     restored_points,
     state_of,
 )
-from tilth.analysis.step import Equilibrium, solve_step
 from tilth.analysis.step_result import PreparedStep, StepResult, result_of
 from tilth.analysis.wave_boundaries import WaveBoundaries
 from tilth.arrays import Floats
@@ -67,6 +66,8 @@ from tilth.solvers import LinearSolver, PetscSolver, distributed_solver, linear_
 from tilth.surface.loads import SurfaceLoads, declared_loads
 from tilth.surface.make import make_surfaces
 from tilth.terms.balance import Balance
+from tilth.terms.drag import Drag
+from tilth.terms.edge_support import EdgeSupport
 from tilth.terms.ghost import Ghost
 from tilth.terms.inertia import TimeStep
 from tilth.terms.linear import LinearForces
@@ -75,6 +76,7 @@ from tilth.terms.point_loads import PointLoads
 from tilth.terms.protocol import Term, union
 from tilth.terms.released import Release, ReleasedForces
 from tilth.terms.soil_forces import SoilForces
+from tilth.terms.unheld_weight import unheld_weight
 from tilth.terms.water import WaterForces
 from tilth.terms.weak_springs import WeakSprings
 from tilth.timers import Timers
@@ -140,7 +142,7 @@ class Simulation:
                 initial.selected(present_points(model, initial)) if model.stage.name else initial
             )
         self.points = points
-        self._solver: LinearSolver | PetscSolver = linear_solver(
+        self.solver: LinearSolver | PetscSolver = linear_solver(
             model.analysis.solver, model.dimension, len(points), self.run_warnings.fallback
         )
         self.waves = WaveBoundaries(model, self.boundaries, self.points.position)
@@ -155,8 +157,9 @@ class Simulation:
         )
         self._surface_loads = declared_loads(model)
         self._ghost = Ghost(model.analysis.ghost_stabilisation, model.dimension)
+        self._edge_support = EdgeSupport(model.dimension)
         self.passage = PassageCheck()
-        self._predictor = Predictor(model.dimension, load_curves(model))
+        self.predictor = Predictor(model.dimension, load_curves(model))
         stage = model.stage.declared
         release = (None if stage is None else stage.release) or ((0, 0), (model.schedule.end, 1))
         self.released = ReleasedForces(model.dimension, LoadCurve(release))
@@ -168,7 +171,7 @@ class Simulation:
         self.contact_surfaces = [s for s in self.implicit if isinstance(s, ContactSurface)]
         touching = bool(self.contact_surfaces or self.body_contacts)
         self.is_forced = any(body.free.any() for body in self.bodies)
-        self._attempts = newton_attempts(model.analysis, self.round_off, touching)
+        self.attempts = newton_attempts(model.analysis, self.round_off, touching)
         self.run_warnings.bounds(bound_domains(self.points, self.grid))
 
     @classmethod
@@ -211,9 +214,7 @@ class Simulation:
             self._buffers = Buffers()  # those of all points
             return_memory()
             self.distribution.own = self.distribution.own[self.distribution.own]
-            self._solver = distributed_solver(
-                self.model.analysis.solver, self.run_warnings.fallback
-            )
+            self.solver = distributed_solver(self.model.analysis.solver, self.run_warnings.fallback)
 
     def _keyed(self) -> list[KeyedRows]:
         """Returns the owners whose variables belong to nodes or cells."""
@@ -247,7 +248,7 @@ class Simulation:
     @property
     def solved(self) -> str:
         """How many linear systems were solved by what."""
-        return self._solver.summary
+        return self.solver.summary
 
     @property
     def rigid_bodies(self) -> dict[str, RigidBodyState]:
@@ -286,7 +287,8 @@ class Simulation:
         """
         owners: dict[str, Stateful] = {
             "ghost": self._ghost,
-            "last step": self._predictor,
+            "edge support": self._edge_support,
+            "last step": self.predictor,
             "axis": self.axis,
         }
         if self.model.stage.releases:
@@ -313,6 +315,7 @@ class Simulation:
         self.run_warnings.go_on_from(last.run_warnings)
         if same_grid:
             self._ghost.restore(last._ghost.state())
+            self._edge_support.restore(last._edge_support.state())
             if self.model.stage.declared is not None and self.model.stage.declared.materials:
                 self._ghost.keep_forces()
             self.axis.restore(last.axis.state())
@@ -382,11 +385,14 @@ class Simulation:
         after: float,
         on_iteration: Callable[[int, float], None] = lambda iteration, residual: None,
         is_least: bool = False,
+        is_short: bool = False,
     ) -> StepResult:
         """Takes the step from time `before` to `after`; changes the state only if it converges.
 
         is_least: whether the step cannot be shortened. Soil that passes through a boundary then
             only gives a warning.
+        is_short: whether it was shortened so much that its failure is not put down to its size.
+            Where Newton's method finds no equilibrium the soil then creeps to it, if there is one.
 
         Raises:
             StepFailed: no equilibrium, an inverted point, a point that left the grid, soil that
@@ -396,10 +402,13 @@ class Simulation:
             self.dynamics.begin(self, before, after - before)
         step = self.prepare(before, after)
         soil = self.soil_on(step.active)
-        terms = self.terms(step, soil)
+        terms, drag = self.terms(step, soil), None
+        if is_short and self.dynamics is None:
+            drag = Drag.of(step.active)
+            terms.append(drag)
         with self.timers.measure("basis"):  # for this includes the matrix's pattern
             balance = Balance(step.active, terms)
-        equilibrium = self.solve(step, soil, balance, on_iteration)
+        equilibrium = solve(self, step, soil, balance, on_iteration, drag=drag)
         displacement = equilibrium.displacement
         moved = soil.interpolate(displacement)
         try:
@@ -414,52 +423,15 @@ class Simulation:
         self.waves.commit(before, after)
         for pair in self.body_contacts:
             pair.begin()
-        self._predictor.commit(balance.active, displacement, after - before)
+        self.predictor.commit(balance.active, displacement, after - before)
         warn(self, step, balance, equilibrium, moved)
         return replace(result, possible_size=possible)
 
-    def solve(
-        self,
-        step: PreparedStep,
-        soil: Soil,
-        balance: Balance,
-        on_iteration: Callable[[int, float], None],
-        tolerance: float | None = None,
-    ) -> Equilibrium:
-        """Finds the step's equilibrium, with a line search if Newton's iteration needs one.
+    def terms(self, step: PreparedStep, soil: Soil, stiffening: float = 1.0) -> list[Term]:
+        """Returns all terms of the balance of a step. New terms are added here.
 
-        tolerance: of the residual if it is less than that of the analysis [-].
-
-        Raises:
-            StepFailed: there is no equilibrium.
+        stiffening: factor of the moduli of points on a frozen geometry [-].
         """
-        guess, attempts = None, self._attempts
-        if tolerance is not None:
-            least = min(tolerance, self.model.analysis.tolerance)
-            attempts = [replace(newton, tolerance=least) for newton in attempts]
-        explained: float | None = None
-        if self.relaxes or (self.declared_dynamics is not None and step.after > step.before):
-            assert self.dynamics is not None
-            guess = self.dynamics.guess(balance)
-        elif self.model.analysis.predictor and not self.is_forced:  # a free motion has no guess
-            held = step.constraints.coupled_nodes()
-            guess = self._predictor.guess(soil, step.before, step.after, held)
-            if guess is not None:
-                guess = step.active.updated(guess)
-                explained = explained_motion(step, guess)
-
-        def solve(newton: Newton, guess: Floats | None) -> Equilibrium:
-            return solve_step(
-                balance, step.conditions, self._solver, newton, self.timers, guess, on_iteration
-            )
-
-        resting = self._predictor if self.contact_surfaces else None
-        return solve_in_attempts(
-            attempts, solve, step, balance, guess, explained, resting, self.run_warnings
-        )
-
-    def terms(self, step: PreparedStep, soil: Soil) -> list[Term]:
-        """Returns all terms of the balance of a step. New terms are added here."""
         active, constraints = step.active, step.constraints
         before, after, constrained = step.before, step.after, step.conditions.constrained
         with self.timers.measure("boundaries"):
@@ -470,8 +442,9 @@ class Simulation:
                 lambda u: constraints.commit(constraints.after(u)),
             )
         with self.timers.measure("basis"):
+            weight = unheld_weight(soil.points, self.model, self._acceleration(after), self.grid)
             ghost = LinearForces(
-                self._ghost.couplings(soil, constrained, constraints.exterior_nodes()),
+                self._ghost.couplings(soil, constrained, constraints.exterior_nodes(), weight),
                 supported=self._ghost.supported_nodes(active, constrained),
                 commit=lambda u: self._ghost.commit(active, u),
             )
@@ -488,6 +461,8 @@ class Simulation:
         motion = self._time_step(before, after)
         still = motion is not None and motion.from_rest
         terms += contact_terms(constraints.contacts, self.bodies, after, force, active.nodes, still)
+        if self._ghost.of_weight or len(self._edge_support.face):
+            terms.append(self._edge_support.term(active, self._ghost.of_weight, stiffening))
         if self.water is not None:
             terms.append(WaterForces(self.water, self.loads, soil, before, after))
         if self.model.stage.releases:

@@ -30,6 +30,12 @@ class Drag(Term):
     before: Floats
     size: float = np.inf
 
+    @classmethod
+    def of(cls, active: ActiveGrid) -> Drag:
+        """Returns a drag without effect on the nodes of a grid."""
+        shape = (active.nodes, active.grid.dim)
+        return cls(np.zeros(shape[0]), np.zeros(shape))
+
     def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledTerm:
         """As `Term.assembled`."""
         return _Drag(self, active)

@@ -29,6 +29,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import Enum, auto
 from functools import cache
 from typing import Any
 
@@ -38,82 +39,30 @@ import numpy.typing as npt
 from tilth import _core
 from tilth.arrays import Flags, Floats, Integers, Shorts, require_table
 from tilth.mpm.grid import ActiveGrid, Grid, cell_corners
-from tilth.mpm.keys import find_keys, lattice_keys, places_of_keys
+from tilth.mpm.keys import find_keys, lattice_keys
 from tilth.mpm.pattern import Elements
 from tilth.mpm.soil import Soil
+from tilth.terms.filled_cells import cell_places, centre_radii, filled_cells
 from tilth.terms.linear import EqualElements
+from tilth.terms.unheld_weight import weight_at_edges
 
 FILL_WITHOUT_PENALTY = 0.5
 """Filled fraction of a cell from which on it is not stabilised."""
 EQUALLY_FILLED = 1e-9
 """Difference of the filled fractions of two cells below which neither is the emptier one."""
-LEAST_ELASTIC_SHARE = 1e-3
-"""Least fraction of Young's modulus in plastic flow, so that partly filled cells stay stiff."""
-LEAST_MODULUS_OVER_STRESS = 2.0
-"""Least ratio of the modulus to the equivalent stress, which limits the motion of loaded nodes."""
-
-
-def filled_cells(soil: Soil) -> tuple[Integers, Floats, Floats]:
-    """Returns the populated cells: keys, filled fraction [-], harmonic mean of modulus [stress].
-
-    The key is that of the cell's lowest node. The fraction refers to the cell's volume, in
-    axisymmetry to that of its ring. The modulus is Young's modulus in elastic soil.
-    """
-    active, grid = soil.active, soil.active.grid
-    key = active.cell_keys
-    filled = np.zeros((len(key), 2))
-    volume = np.minimum(soil.points.volume, LARGEST_EXPANSION * soil.points.initial_volume)
-    young = soil.elastic_moduli.young
-    for body, stencil in zip(soil.points.bodies, active.stencils, strict=True):
-        s, own = slice(body.start, body.stop), active.of_field(body.field)
-        share = np.maximum(soil.points.elastic_share[s], LEAST_ELASTIC_SHARE)
-        least_modulus = LEAST_MODULUS_OVER_STRESS * _equivalent_stress(soil.points.stress[s])
-        softness = 1.0 / np.maximum(young[s] * share, least_modulus)
-        if body.has_corners:
-            for column, weight in enumerate((volume[s], volume[s] * softness)):
-                _, _, _, _, moment, *_ = _core.share_corner_domains(
-                    stencil, soil.points.position[s], soil.points.corner[s], weight, grid,
-                    own.cell_keys, False,
-                )  # fmt: skip
-                filled[own.cells, column] += moment[:, 0]
-            continue
-        _core.fill_cells(
-            stencil, soil.points.position[s], soil.points.half_length[s], volume[s], softness,
-            grid, own.cell_keys, filled[own.cells],
-        )  # fmt: skip
-    size = grid.sizes(_places(active, key)).prod(axis=1)
-    if soil.kind == "axisymmetric":
-        size *= 2.0 * np.pi * _centre_radius(active, key)
-    modulus = np.maximum(filled[:, 0], 1e-300) / np.maximum(filled[:, 1], 1e-300)
-    return key, filled[:, 0] / size, modulus
-
-
-def _equivalent_stress(stress: Floats) -> Floats:
-    """Returns von Mises' equivalent stress of Cauchy stresses (n, 6) [stress], shape (n,)."""
-    xx, yy, zz, *shear = stress.T
-    normal = (xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2
-    square = 0.5 * normal + 3.0 * (shear[0] ** 2 + shear[1] ** 2 + shear[2] ** 2)
-    return np.asarray(np.sqrt(square))
-
-
-def _centre_radius(active: ActiveGrid, key: Integers) -> Floats:
-    """Returns the cells' centre radii [length], at least half a cell, shape (cells,)."""
-    place = _places(active, key)
-    centre = np.abs(active.grid.position(place.astype(float) + 0.5)[:, 0])
-    return np.asarray(np.maximum(centre, 0.5 * active.grid.sizes(place)[:, 0]))
-
-
-def _places(active: ActiveGrid, key: Integers) -> Integers:
-    """Returns the lattice indices of cells by their keys, shape (cells, dim)."""
-    return places_of_keys(key, active.fields)[0][:, : active.grid.dim]
-
-
-LARGEST_EXPANSION = 1.5
-"""Volume over the initial one, at most, with which a point fills cells: soil that expands more has
-come apart."""
-
 EXTERIOR_STIFFNESS = 2.0
 """Dimensionless penalty factor of exterior nodes a cell behind an implicit boundary."""
+
+
+class Kind(Enum):
+    """Which nodes a penalty on faces supports."""
+
+    EDGE = auto()
+    """Those of partly filled cells at edges, elastically."""
+    EXTERIOR = auto()
+    """Those behind an implicit boundary."""
+    WEIGHT = auto()
+    """Those of partly filled cells whose soil has no cohesion, against its weight."""
 
 
 @dataclass(frozen=True)
@@ -125,7 +74,7 @@ class Faces:
 
     Attributes:
         axis: direction of the normal.
-        exterior: whether they support exterior nodes, rather than nodes of partly filled cells.
+        kind: which nodes they support.
         node: the n nodes of the two cells, from the lower cell on, shape (faces, n).
         unit: stiffnesses for a modulus and a weight of 1 [force/length/stress], for a face of the
             size that it has on the grid's smallest cells, shape (units, n, n).
@@ -136,10 +85,11 @@ class Faces:
         free: components on which the penalty acts, shape (faces, n, dim).
         modulus: of the soil in the two cells [stress], shape (faces,).
         emptiness: as the weight, with the share in the greatest penalty, shape (faces,).
+        fill: filled fraction of the emptier cell, of faces that hold weight [-], shape (faces,).
     """
 
     axis: int
-    exterior: bool
+    kind: Kind
     node: npt.NDArray[np.int32]
     unit: Floats
     which: Shorts
@@ -148,6 +98,13 @@ class Faces:
     free: npt.NDArray[np.bool_]
     modulus: Floats
     emptiness: Floats
+    fill: Floats
+
+    def identifiers(self, active: ActiveGrid) -> Integers:
+        """Returns numbers that name the faces from step to step, shape (faces,)."""
+        return np.asarray(
+            8 * active.key[self.node[:, 0]] + 4 * (self.kind is Kind.EXTERIOR) + self.axis
+        )
 
     def coupling(self, moved: Floats | None = None) -> FaceCoupling:
         """Returns the penalty on the step's displacement and on that of earlier steps, `moved`.
@@ -198,8 +155,11 @@ def ghost_faces(
     constrained: npt.NDArray[np.bool_],
     gamma: float,
     exterior: tuple[Integers, Floats] | None = None,
+    unit_weight: Floats | None = None,
 ) -> list[Faces]:
     """Returns all faces of partly filled cells at the edges of bodies, by the axis of the normal.
+
+    With the weight of soil without cohesion also those that hold it, see `EdgeSupport`.
 
     Where a node of the emptier cell that is not on the face has a constrained component, this
     component of the jump at its corner of the face is omitted: the node needs no support, and the
@@ -210,23 +170,29 @@ def ghost_faces(
     constrained: prescribed components, shape (nodes, dim).
     exterior: keys and relative stiffness of exterior nodes, see
         `ImplicitConstraints.exterior_nodes`.
+    unit_weight: of soil without cohesion, which has to be held at edges [stress/length], shape
+        (n,), see `unheld_weight`; 0 if not given.
     """
     if gamma == 0.0 and (exterior is None or len(exterior[0]) == 0):
         return []
     active, dim = soil.active, soil.active.grid.dim
     key, fill, modulus = filled_cells(soil)
     lattice = np.asarray(_core.lattice(key))  # shifted by the cells' fields, as their keys
-    place = _places(active, key)
+    place = cell_places(active, key)
     along = np.eye(3, dtype=np.int64)[:dim]
     adjacent = lattice + np.stack([-along, along])[:, :, None]  # (sides, axes, cells, 3)
     neighbour = find_keys(key, lattice_keys(adjacent.reshape(-1, 3))).reshape(2, dim, len(key))
-    at_edge = (neighbour < 0).any(axis=(0, 1))
+    at_edge = np.asarray((neighbour < 0).any(axis=(0, 1)))
     emptiness = np.where(at_edge, gamma * np.clip(1.0 - fill / FILL_WITHOUT_PENALTY, 0.0, 1.0), 0.0)
+    weighted = np.zeros((2, len(key)))
+    if gamma > 0.0 and unit_weight is not None and unit_weight.any():
+        weighted = weight_at_edges(soil, fill, at_edge, unit_weight)
     depth = np.zeros((active.nodes, dim))
     if exterior is not None:
         number = find_keys(active.key, exterior[0])
         depth[number[number >= 0]] = exterior[1][number >= 0]
-    concerned = (emptiness > 0.0) | _cells_at(key, active.key[depth.any(axis=1)], dim)
+    concerned = (emptiness > 0.0) | (weighted[0] > 0.0)
+    concerned |= _cells_at(key, active.key[depth.any(axis=1)], dim)
     faces = []
     for axis in range(dim):
         cell = np.flatnonzero(neighbour[1, axis] >= 0)
@@ -246,7 +212,10 @@ def ghost_faces(
         stiff = EXTERIOR_STIFFNESS * exterior_ends.max(axis=1, initial=0.0)
         coupled = np.broadcast_to(((exterior_ends @ line) > 0.0)[..., None], (*node.shape, dim))
         # their penalty replaces that of partly filled cells near the boundary
-        weak = np.maximum(emptiness[cell], emptiness[other]) * (1.0 - np.minimum(at_boundary, 1.0))
+        away = 1.0 - np.minimum(at_boundary, 1.0)
+        weak = np.maximum(emptiness[cell], emptiness[other]) * away
+        emptier = np.where(weighted[0, cell] >= weighted[0, other], cell, other)
+        held_modulus = weighted[0, emptier] * mean_size[:, axis]
         fuller = (fill[cell] - fill[other])[:, None]
         far = tuple(  # nodes of the emptier cell; of one and of the other if there is none
             offset[:, axis] == np.where(fuller < difference, 0, 2)
@@ -255,13 +224,15 @@ def ghost_faces(
         softness = fill[cell] / modulus[cell] + fill[other] / modulus[other]
         mean_modulus = (fill[cell] + fill[other]) / np.maximum(softness, 1e-300)
         if soil.kind == "axisymmetric":
-            radius = 0.5 * (_centre_radius(active, key[cell]) + _centre_radius(active, key[other]))
+            radius = 0.5 * (centre_radii(active, key[cell]) + centre_radii(active, key[other]))
             area = area * (2.0 * np.pi * radius)
+        at_end = (end & (exterior_ends > 0.0),)
         kinds = (
-            (weak, gamma, far, None),
-            (stiff, EXTERIOR_STIFFNESS, (end & (exterior_ends > 0.0),), coupled),
+            (Kind.EDGE, weak, mean_modulus, gamma, far, None),
+            (Kind.EXTERIOR, stiff, mean_modulus, EXTERIOR_STIFFNESS, at_end, coupled),
+            (Kind.WEIGHT, away * (held_modulus > 0.0), held_modulus, 1.0, far, None),
         )
-        for weight, greatest, ends, only in kinds:
+        for kind, weight, modulus_of, greatest, ends, only in kinds:
             some = np.flatnonzero(weight > 0.0)
             if len(some) == 0:
                 continue
@@ -275,15 +246,16 @@ def ghost_faces(
             faces.append(
                 Faces(
                     axis=axis,
-                    exterior=only is not None,
+                    kind=kind,
                     node=node[some].astype(np.int32),
                     unit=unit,
                     which=which[some],
                     size=mean_size[some],
                     weight=weight[some] * area[some],
                     free=free,
-                    modulus=mean_modulus[some],
+                    modulus=modulus_of[some],
                     emptiness=weight[some] / greatest * area[some],
+                    fill=weighted[1, emptier[some]],
                 )
             )
     return faces
@@ -321,6 +293,7 @@ class Ghost:
         face: sorted identifiers of the faces: key of the lower cell, kind and axis, shape (faces,).
         moved: modulus times displacement of their n nodes [stress length], shape (faces, n, dim).
         modulus: of the last step [stress], shape (faces,).
+        of_weight: faces of the step for which `couplings` was called last that hold weight.
     """
 
     def __init__(self, gamma: float, dim: int) -> None:
@@ -328,6 +301,7 @@ class Ghost:
         self.face: Integers = np.zeros(0, dtype=np.int64)
         self.moved: Floats = np.zeros((0, 3 * 2 ** (dim - 1), dim))
         self.modulus: Floats = np.zeros(0)
+        self.of_weight: list[Faces] = []
         self._current: list[tuple[Integers, Faces, Floats]] = []
 
     def couplings(
@@ -335,15 +309,19 @@ class Ghost:
         soil: Soil,
         constrained: npt.NDArray[np.bool_],
         exterior: tuple[Integers, Floats] | None = None,
+        unit_weight: Floats | None = None,
     ) -> list[FaceCoupling]:
         """Returns the penalty on the stored displacement and on that of the step.
 
-        constrained, exterior: see `ghost_faces`.
+        constrained, exterior, unit_weight: see `ghost_faces`.
         """
         found, active = [], soil.active
-        self._current = []
-        for faces in ghost_faces(soil, constrained, self.gamma, exterior):
-            face = 8 * active.key[faces.node[:, 0]] + 4 * faces.exterior + faces.axis
+        self._current, self.of_weight = [], []
+        for faces in ghost_faces(soil, constrained, self.gamma, exterior, unit_weight):
+            if faces.kind is Kind.WEIGHT:
+                self.of_weight.append(faces)
+                continue
+            face = faces.identifiers(active)
             moved = np.zeros((*faces.node.shape, active.grid.dim))
             number = find_keys(self.face, face)
             stored = np.flatnonzero(number >= 0)
