@@ -21,16 +21,21 @@ class WatchedBalance(Balance):
 
     Attributes:
         aids: force of ghost stabilisation and weak springs on the soil [force], (nodes, dim).
-        left: residual of the free degrees of freedom and of those of the boundaries.
+        aid_work: work of the soil on them in the step [force length].
+        size: largest norm of the forces of soil and boundaries [force].
     """
 
     aids: Floats
+    aid_work: float
     size: float
 
     def commit(self, displacement: Floats) -> None:
         """As `Balance.commit`."""
         global _last
-        self.aids = -sum(self.terms[k].force(displacement) for k in (GHOST, SPRINGS))  # type: ignore[assignment]
+        aids = [self.terms[k] for k in (GHOST, SPRINGS)]
+        self.aids = -sum(term.force(displacement) for term in aids)  # type: ignore[assignment]
+        first = sum(term.force(np.zeros_like(displacement)) for term in aids)
+        self.aid_work = 0.5 * float(np.sum((first - self.aids) * displacement))
         soil = [np.linalg.norm(term.force(displacement)) for term in self.terms[:2]]
         self.size = float(max(soil))
         _last = self
