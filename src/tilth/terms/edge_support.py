@@ -30,7 +30,7 @@ from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.keys import find_keys
 from tilth.mpm.pattern import Elements, same_starts
 from tilth.terms.ghost import DECAY_MOTION, Faces
-from tilth.terms.protocol import AssembledTerm, NodeLists, Term
+from tilth.terms.protocol import AssembledTerm, NodeLists, Role, Term
 from tilth.terms.unheld_weight import STIFFNESS
 
 SHARE = 0.3
@@ -151,6 +151,8 @@ class SupportForces(Term):
 
 
 class _AssembledSupport(AssembledTerm):
+    role = Role.STABILISATION
+
     def __init__(self, term: SupportForces, parts: list[tuple[_Part, Elements]]) -> None:
         self._term, self._parts = term, parts
 
