@@ -75,8 +75,8 @@ def creep(
         Where the soil is after each pseudo-step, and False; last of all its equilibrium without
         drag, and True, if it comes to rest within `PSEUDO_STEPS`.
     """
-    once = newton.refinement if newton.refinement is Refinement.NONE else Refinement.ONCE
-    loose = replace(newton, tolerance=max(TOLERANCE, newton.tolerance), refinement=once)
+    some = newton.refinement if newton.refinement is Refinement.NONE else Refinement.SOME
+    loose = replace(newton, tolerance=max(TOLERANCE, newton.tolerance), refinement=some)
     size, taken, rest = 1.0, 0, FIRST_REST
     try:
         for _ in range(PSEUDO_STEPS):

@@ -28,10 +28,10 @@ class Refinement(Enum):
 
     NONE = auto()
     """They do not."""
-    ONCE = auto()
-    """They do, for what is solved next."""
+    SOME = auto()
+    """They do, a few times: where the path, not its end, is looked for."""
     SETTLED = auto()
-    """They do, and the iteration goes on until they do not change any more."""
+    """They do, until they do not change any more."""
 
 
 @dataclass(frozen=True)

@@ -111,18 +111,16 @@ class AssembledTerm(ABC):
         """
         return False
 
-    def refine(self, displacement: Floats) -> bool:
-        """Makes the term more exact at an equilibrium, where the iteration asks for it.
+    def refine(self, displacement: Floats) -> float:
+        """Makes the term more exact at a solution, where the iteration asks for it.
 
         At the displacement of the last call of `force`.
 
         Returns:
-            Whether it changed: the balance must then be solved again.
-
-        Raises:
-            StepFailed: it does not settle.
+            How much it changed; at most 1 if it did not, because it is exact enough. Else the
+            balance must be solved again.
         """
-        return False
+        return 0.0
 
     def require_acceptable(self, displacement: Floats) -> None:  # noqa: B027
         """Checks that the displacement of a converged step can be committed; changes nothing.
