@@ -14,7 +14,7 @@ cell is zero.
 
 k is fixed during Newton's iteration and revised at its solutions, with Anderson's acceleration
 (1965), until the equilibrium belongs to it. That is done in strength reduction, which asks for a
-limit; steps of a run are smaller, and less of them is lost (docs/decisions/0043-...).
+limit; steps of a run are smaller, and less of them is lost (docs/decisions/0044-own-plastic-volume.md).
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Holds the weight of soil without cohesion in partly filled cells (docs/decisions/0043-...).
+"""Holds the weight of soil without cohesion in partly filled cells (docs/decisions/0043-sand-at-edges.md).
 
 A node that only a sliver of soil reaches is in equilibrium by the stress of few points. Friction
 alone bears the sliver's weight only in few directions, so that soil without cohesion has no
