@@ -11,6 +11,7 @@ import numpy as np
 import tilth.analysis.simulation as simulation
 from tilth.arrays import Floats
 from tilth.terms.balance import Balance
+from tilth.terms.inertia import AssembledInertia
 
 GHOST, SPRINGS = 2, -1
 """Places of ghost stabilisation and weak springs in `Simulation.terms`."""
@@ -22,11 +23,13 @@ class WatchedBalance(Balance):
     Attributes:
         aids: force of ghost stabilisation and weak springs on the soil [force], (nodes, dim).
         aid_work: work of the soil on them in the step [force length].
+        kinetic_change: of the grid in the step [force length].
         size: largest norm of the forces of soil and boundaries [force].
     """
 
     aids: Floats
     aid_work: float
+    kinetic_change: float
     size: float
 
     def commit(self, displacement: Floats) -> None:
@@ -36,6 +39,8 @@ class WatchedBalance(Balance):
         self.aids = -sum(term.force(displacement) for term in aids)  # type: ignore[assignment]
         first = sum(term.force(np.zeros_like(displacement)) for term in aids)
         self.aid_work = 0.5 * float(np.sum((first - self.aids) * displacement))
+        inertia = [term for term in self.terms if isinstance(term, AssembledInertia)]
+        self.kinetic_change = sum(term.kinetic_change(displacement) for term in inertia)
         soil = [np.linalg.norm(term.force(displacement)) for term in self.terms[:2]]
         self.size = float(max(soil))
         _last = self
