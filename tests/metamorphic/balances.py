@@ -74,8 +74,8 @@ def _energy(subject: Subject) -> Iterator[str]:
     """Work is stored, also in the aids of the solution, or dissipated, or lost between the steps.
 
     What is lost is kinetic energy that the grid has at the end of a step, and does not get back
-    from the points. The rest holds but for the error of the trapezoidal rule: it is of the order of the strain of a step, where
-    soil yields, radiates or comes into contact of the work.
+    from the points. The rest holds but for the error of the trapezoidal rule: it is of the order of
+    the strain of a step, where soil yields, radiates or comes into contact of the work.
     """
     run = subject.run
     last = run.moments[-1].energies
@@ -95,7 +95,7 @@ def _energy(subject: Subject) -> Iterator[str]:
 
 
 def _work_of_contact(subject: Subject) -> float:
-    """The sum of the changes of the forces of contact in steps times the greatest motion in them."""
+    """The sum over steps of the changes of forces of contact times the greatest motion."""
     choice, total = subject.choice, 0.0
     names = {"driver": choice["driver"].startswith("rigid"), "pair": True}
     names["base"] = choice["base"] == "contact"
