@@ -45,7 +45,7 @@ class Moment:
         residual: relative, that Newton's iteration left [-].
         iterations: of Newton.
         energies: all kinds [force length].
-        aid_work: work on the aids of the solution in the step [force length].
+        spring_work: work on weak springs in the step [force length].
         kinetic_change: of the kinetic energy of the grid in the step [force length].
         force_units: powers of length, stress and time in a unit of force.
         bodies: displacements of the centres of the rigid bodies [length], (dim,), by name.
@@ -72,7 +72,7 @@ class Moment:
     residual: float
     iterations: int
     energies: dict[str, float]
-    aid_work: float
+    spring_work: float
     kinetic_change: float
     force_units: tuple[float, float, float]
     bodies: dict[str, Floats] = field(default_factory=dict)
@@ -185,7 +185,7 @@ def _moment(
         residual=found.residuals[-1],
         iterations=found.iterations,
         energies=energies.values(simulation, result.time),
-        aid_work=balance.aid_work,
+        spring_work=balance.spring_work,
         kinetic_change=balance.kinetic_change,
         force_units=(1 if simulation.kind == "plane_strain" else 2, 1, 0),
         bodies={body.name: np.asarray(body.place_now()[0]) for body in simulation.bodies},

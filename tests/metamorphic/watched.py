@@ -12,35 +12,39 @@ import tilth.analysis.simulation as simulation
 from tilth.arrays import Floats
 from tilth.terms.balance import Balance
 from tilth.terms.inertia import AssembledInertia
+from tilth.terms.protocol import Role
 
-GHOST, SPRINGS = 2, -1
-"""Places of ghost stabilisation and weak springs in `Simulation.terms`."""
+SPRINGS = -1
+"""Place of the weak springs in `Simulation.terms`."""
 
 
 class WatchedBalance(Balance):
     """A balance that keeps the forces of the last committed step.
 
     Attributes:
-        aids: force of ghost stabilisation and weak springs on the soil [force], (nodes, dim).
-        aid_work: work of the soil on them in the step [force length].
-        kinetic_change: of the grid in the step [force length].
+        aids: force of stabilisations and weak springs on the soil [force], (nodes, dim).
+        spring_work: work of the soil on weak springs in the step [force length].
+        kinetic_change: of the grid in the step, without that of the ghost mass, which is stated
+            as an energy of the stabilisation [force length].
         size: largest norm of the forces of soil and boundaries [force].
     """
 
     aids: Floats
-    aid_work: float
+    spring_work: float
     kinetic_change: float
     size: float
 
     def commit(self, displacement: Floats) -> None:
         """As `Balance.commit`."""
         global _last
-        aids = [self.terms[k] for k in (GHOST, SPRINGS)]
+        springs = self.terms[SPRINGS]
+        aids = [springs, *(term for term in self.terms if term.role is Role.STABILISATION)]
         self.aids = -sum(term.force(displacement) for term in aids)  # type: ignore[assignment]
-        first = sum(term.force(np.zeros_like(displacement)) for term in aids)
-        self.aid_work = 0.5 * float(np.sum((first - self.aids) * displacement))
+        mean = springs.force(np.zeros_like(displacement)) + springs.force(displacement)
+        self.spring_work = 0.5 * float(np.sum(mean * displacement))
         inertia = [term for term in self.terms if isinstance(term, AssembledInertia)]
-        self.kinetic_change = sum(term.kinetic_change(displacement) for term in inertia)
+        change = [t.kinetic_change(displacement) - t.ghost_energy(displacement) for t in inertia]
+        self.kinetic_change = sum(change)
         soil = [np.linalg.norm(term.force(displacement)) for term in self.terms[:2]]
         self.size = float(max(soil))
         _last = self

@@ -15,7 +15,7 @@ from tilth.case import load_case
 from tilth.errors import AnalysisFailed, BadInput, visible
 from tilth.model import StrengthReduction
 from tilth.output.folder import load_model
-from tilth.output.safety_files import read_safety
+from tilth.output.safety_files import TO_DECIDE, read_safety
 from tilth.report.safety import text_of
 
 
@@ -74,5 +74,5 @@ def find_safety(
     if not summary.is_decided:
         raise AnalysisFailed(
             f"the factor of safety is undecided: {summary.bracket}",
-            "smaller cells, a small cohesion or a wider tolerance may decide it",
+            TO_DECIDE,
         )

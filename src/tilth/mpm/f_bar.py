@@ -198,6 +198,16 @@ class Centres:
             self.volume_change, self.trace, self.hoop_change,
         )  # fmt: skip
 
+    def differences(self, value: Floats, volume: Floats) -> Floats:
+        """Returns the differences of a value of the points from the means of their cells, (n,).
+
+        value: shape (n,). volume: current volume, shape (n,).
+        """
+        towards_mean = _core.smooth_strains(
+            self.group_start, self, len(self.node), value, volume, np.ones(len(value))
+        )
+        return -np.asarray(towards_mean)
+
     def smoothing(self, strain: Floats, volume: Floats, plastic_increment: Floats) -> Floats:
         """Returns the step's smoothing increment of the points' volumetric strain [-], shape (n,).
 

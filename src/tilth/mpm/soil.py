@@ -18,6 +18,7 @@ from tilth.model.laws import laws
 from tilth.mpm.domains import MovedDomains, move_domain_faces, moved_domains, update_domains
 from tilth.mpm.f_bar import Centres
 from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.plastic_volumes import PlasticVolumes
 from tilth.mpm.points import ElasticModuli, MaterialPoints
 from tilth.timers import Timers
 
@@ -59,10 +60,16 @@ class Soil:
         active: the grid of the step.
         kind: "plane_strain", "axisymmetric" or "3d".
         timers: takes the time of the kernels.
+        own: which points this process owns, shape (n,); all if not given.
     """
 
     def __init__(
-        self, points: MaterialPoints, active: ActiveGrid, kind: str, timers: Timers
+        self,
+        points: MaterialPoints,
+        active: ActiveGrid,
+        kind: str,
+        timers: Timers,
+        own: Flags | None = None,
     ) -> None:
         self.points = points
         self.active = active
@@ -75,6 +82,7 @@ class Soil:
                 else None
                 for body, stencil in zip(points.bodies, active.stencils, strict=True)
             ]
+        self._plastic_volumes = PlasticVolumes(points, self._centres, own, active.comm)
 
     def without_strain(self, factor: float) -> Soil:
         """Returns linear elastic soil at the same points, with no strain and no stress.
@@ -109,6 +117,7 @@ class Soil:
         """
         points, trial = self.points, self._trial
         with self._timers.measure("stress"):
+            elastic = self._plastic_volumes.elastic_deformation()
             for body, stencil, centres in zip(
                 points.bodies, self.active.stencils, self._centres, strict=True
             ):
@@ -117,7 +126,7 @@ class Soil:
                     centres.update(displacement)
                 point, status = _core.stress_update(
                     self.kind, body.law.core, points.parameters_of(body), stencil, displacement,
-                    points.position[s], points.elastic_deformation[s], points.plastic[s],
+                    points.position[s], elastic[s], points.plastic[s],
                     points.state[s], trial.elastic[s], trial.plastic[s], trial.state[s],
                     trial.response[s], centres,
                 )  # fmt: skip
@@ -126,6 +135,21 @@ class Soil:
                     inverted = "a material point inverted (det F <= 0)"
                     reason = inverted if status == INVERTED else body.law.failure
                     raise StepFailed(reason, point=number)
+
+    def restart(self) -> None:
+        """Begins anew with the revisions of plastic volume changes."""
+        self._plastic_volumes.restart()
+
+    def refine(self) -> float:
+        """Revises the plastic volume changes of points with F-bar by the trial state.
+
+        Only where the trial state does not become that of the points.
+
+        Returns:
+            How far they are from settled; at most 1 if they are, see `PlasticVolumes.revise`.
+        """
+        with self._timers.measure("stress"):
+            return self._plastic_volumes.revise(self._trial.elastic, self.plastic_increment())
 
     def _volumes(self) -> list[Floats]:
         """Returns the volumes of the Kirchhoff stress, V0 J / J_bar before the step, by body."""

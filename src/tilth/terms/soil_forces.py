@@ -10,7 +10,7 @@ from tilth.mpm.domains import MovedDomains
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.pattern import Elements
 from tilth.mpm.soil import Soil
-from tilth.terms.protocol import AssembledTerm, Role, Term
+from tilth.terms.protocol import AssembledTerm, Changes, Role, Term
 
 
 class SoilForces(Term):
@@ -37,6 +37,12 @@ class _SoilForces(AssembledTerm):
 
     def add_stiffness(self, displacement: Floats, blocks: Floats) -> None:
         self._soil.add_stiffness(self._pattern, blocks)
+
+    def restart(self, changes: Changes) -> None:
+        self._soil.restart()
+
+    def refine(self, displacement: Floats) -> float:
+        return self._soil.refine()
 
     def require_acceptable(self, displacement: Floats) -> None:
         self._domains = self._soil.moved_domains(displacement)
