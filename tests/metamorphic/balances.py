@@ -4,11 +4,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 
 from metamorphic.bounds import (
     CONTACT_ENERGY,
+    CROSSING_ENERGY,
     LARGEST_GAP,
     LEAST_DISSIPATION,
     LEAST_FRICTION,
@@ -93,6 +95,8 @@ def _energy(subject: Subject) -> Iterator[str]:
         share += OF_WATER
     gone = sum(abs(last[name]) for name in (*LOST, "radiation"))
     bound = share * size + gone + TOLERANCE * size + CONTACT_ENERGY * _work_of_contact(subject)
+    if subject.choice["basis"] == "linear":
+        bound += CROSSING_ENERGY * _work_of_crossings(subject)
     if error > bound:
         yield f"energy {error / size:.1e} of {size:.1e} is not found, at most {bound / size:.1e}"
 
@@ -113,4 +117,13 @@ def _work_of_contact(subject: Subject) -> float:
             change = moment.forces[name] - force.get(name, np.zeros_like(moment.forces[name]))
             total += float(np.linalg.norm(change)) * motion
         force, place = moment.forces, now
+    return total
+
+
+def _work_of_crossings(subject: Subject) -> float:
+    """The sum of forces times motion over steps after which points are in other cells."""
+    total = 0.0
+    for before, after in pairwise(subject.run.moments):
+        if before.cell.shape == after.cell.shape and (before.cell != after.cell).any():
+            total += after.size * float(np.abs(after.position - before.position).max())
     return total

@@ -45,6 +45,10 @@ CONTACT_ENERGY = 0.5
 """The same of contact, over the change of its force times the motion in a step: a force that begins
 in it is taken to grow from its start on, but may act through all of the motion, or through none."""
 
+CROSSING_ENERGY = 0.5
+"""The same of points that come into another cell with linear functions, over the forces times the
+motion in a step: these points act on other nodes, in balance again after this motion."""
+
 LEAST_DISSIPATION = 1e-9
 """Negative dissipation that is round-off, as a share of the energies."""
 
