@@ -41,9 +41,13 @@ OF_WATER = 0.1
 once, and of the work on a motion through which a force is constant one half is stored. That is the
 square of the share that it has in the loads."""
 
-CONTACT_ENERGY = 0.6
-"""The same error where soil comes into contact within steps: half of the work of a step, in which
-a force that begins in it is taken to grow from its start on."""
+CONTACT_ENERGY = 0.5
+"""The same of contact, over the change of its force times the motion in a step: a force that begins
+in it is taken to grow from its start on, but may act through all of the motion, or through none."""
+
+CROSSING_ENERGY = 0.5
+"""The same of points that come into another cell with linear functions, over the forces times the
+motion in a step: these points act on other nodes, in balance again after this motion."""
 
 LEAST_DISSIPATION = 1e-9
 """Negative dissipation that is round-off, as a share of the energies."""

@@ -29,11 +29,6 @@ class KnownFault:
 
 KNOWN = (
     KnownFault(
-        "energy radiated in a few steps is far too high, and falls with their number",
-        "balance: energy",
-        (("base", ("absorbing", "absorbing_implicit")),),
-    ),
-    KnownFault(
         "the fields of unpaired bodies follow their order; the message says how to list them",
         "they would pass through eac",
         (("relation", ("order",)),),

@@ -46,6 +46,7 @@ class Moment:
         iterations: of Newton.
         energies: all kinds [force length].
         spring_work: work on weak springs in the step [force length].
+        kinetic_change: of the kinetic energy of the grid in the step [force length].
         force_units: powers of length, stress and time in a unit of force.
         bodies: displacements of the centres of the rigid bodies [length], (dim,), by name.
     """
@@ -72,6 +73,7 @@ class Moment:
     iterations: int
     energies: dict[str, float]
     spring_work: float
+    kinetic_change: float
     force_units: tuple[float, float, float]
     bodies: dict[str, Floats] = field(default_factory=dict)
 
@@ -184,6 +186,7 @@ def _moment(
         iterations=found.iterations,
         energies=energies.values(simulation, result.time),
         spring_work=balance.spring_work,
+        kinetic_change=balance.kinetic_change,
         force_units=(1 if simulation.kind == "plane_strain" else 2, 1, 0),
         bodies={body.name: np.asarray(body.place_now()[0]) for body in simulation.bodies},
     )

@@ -11,6 +11,7 @@ import numpy as np
 import tilth.analysis.simulation as simulation
 from tilth.arrays import Floats
 from tilth.terms.balance import Balance
+from tilth.terms.inertia import AssembledInertia
 from tilth.terms.protocol import Role
 
 SPRINGS = -1
@@ -23,11 +24,14 @@ class WatchedBalance(Balance):
     Attributes:
         aids: force of stabilisations and weak springs on the soil [force], (nodes, dim).
         spring_work: work of the soil on weak springs in the step [force length].
+        kinetic_change: of the grid in the step, without that of the ghost mass, which is stated
+            as an energy of the stabilisation [force length].
         size: largest norm of the forces of soil and boundaries [force].
     """
 
     aids: Floats
     spring_work: float
+    kinetic_change: float
     size: float
 
     def commit(self, displacement: Floats) -> None:
@@ -38,6 +42,9 @@ class WatchedBalance(Balance):
         self.aids = -sum(term.force(displacement) for term in aids)  # type: ignore[assignment]
         mean = springs.force(np.zeros_like(displacement)) + springs.force(displacement)
         self.spring_work = 0.5 * float(np.sum(mean * displacement))
+        inertia = [term for term in self.terms if isinstance(term, AssembledInertia)]
+        change = [t.kinetic_change(displacement) - t.ghost_energy(displacement) for t in inertia]
+        self.kinetic_change = sum(change)
         soil = [np.linalg.norm(term.force(displacement)) for term in self.terms[:2]]
         self.size = float(max(soil))
         _last = self

@@ -200,3 +200,19 @@ def test_a_body_that_rests_begins_with_no_acceleration(kind: str, size: float) -
     assert simulation.declared_dynamics is not None
     simulation.declared_dynamics.begin(simulation, 0.0, size)
     assert np.abs(simulation.points.motion[:, 1]).max() < 0.05 * GRAVITY
+
+
+def test_soil_that_a_bilateral_law_will_hold_begins_with_no_acceleration() -> None:
+    """The gaps between the points of a circle and flat soil are closed in the steps that follow."""
+    law = {"normal": "bilateral", "tangential": "friction", "friction": 0.3}
+    entries = ground("plane_strain", top=-0.1, gap=1e-3, contact=law)
+    entries["rigid_bodies"][0]["displacement"]["y"] = -0.01
+    del entries["initial"], entries["loads"]
+    entries["units"] = {"time": "s"}
+    entries["analysis"]["inertia"] = {"scheme": "newmark"}
+    entries["schedule"] = {"end": 0.1, "steps": 1}
+    simulation = Simulation(Model.from_dict(entries))
+    simulation.check()
+    assert simulation.declared_dynamics is not None
+    simulation.declared_dynamics.begin(simulation, 0.0, 0.1)
+    assert np.abs(simulation.points.motion[:, 1]).max() < 1e-6

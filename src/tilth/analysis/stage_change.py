@@ -233,7 +233,8 @@ def release_out_of_balance(simulation: Simulation, kept: KeptContact | None = No
     if dynamics is not None:
         residual += dynamics.force_at_start(balance)
     force = np.where(step.conditions.constrained, 0.0, residual)
-    force[simulation.waves.nodes(soil, 0.0)] = 0.0  # absorbing boundaries take these over
+    simulation.waves.hold(step, soil, balance, force)
+    force[simulation.waves.nodes(soil, 0.0)] = 0.0
     simulation.released.set(balance.active, force)
     return np.asarray(force.sum(axis=0))
 

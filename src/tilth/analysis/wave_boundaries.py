@@ -122,21 +122,25 @@ class WaveBoundaries:
         parts = self._parts(soil, step.before, step.before, step.absorbing)
         nodes = {each.name: each.nodes(part, soil.active) for each, part in parts}
         taken = union(len(static), (nodes[each.name] for each, _ in parts if each.begun))
-        shares = {
-            each.name: np.where(
-                (nodes[each.name] & ~taken)[:, None], each.shares(part, soil.active), 0.0
-            )
-            for each, part in parts
-            if not each.begun
-        }
-        total = sum(shares.values(), np.zeros_like(static))
+        untaken = np.where(taken[:, None], 0.0, static)
+        divided = _divided([of for of in parts if not of[0].begun], untaken, soil.active)
         for each in new:
-            share = shares.get(each.name, np.zeros_like(static))
-            each.keep(active, static * share / np.where(total > 0.0, total, 1.0))
+            each.keep(active, divided.get(each.name, np.zeros_like(static)))
         free = ~union(len(static), nodes.values())
         left = active.norm(np.where(free[:, None], static, 0.0))
         size = max(active.norm(forces.soil), active.norm(forces.load))
         return True, left / size if size > 0.0 else 0.0
+
+    def hold(self, step: PreparedStep, soil: Soil, balance: Balance, residual: Floats) -> None:
+        """Lets absorbing boundaries that act already keep what is out of balance on their nodes.
+
+        residual: internal minus external force at the start of a stage [force], (nodes, dim).
+        """
+        parts = self._parts(soil, step.before, step.before, step.absorbing)
+        begun = [of for of in parts if of[0].begun]
+        divided = _divided(begun, balance.active.updated(residual), soil.active)
+        for each, _ in begun:
+            each.keep(balance.active, each.kept(balance.active) + divided[each.name])
 
     def warnings(self, model: Model, soil: Soil) -> Iterator[tuple[str, str]]:
         """Yields warnings of records and of places without soil: what each is about, its text."""
@@ -176,3 +180,16 @@ class WaveBoundaries:
         """Ends a converged step."""
         for each in self.bases:
             each.commit(before, after)
+
+
+def _divided(
+    parts: Sequence[tuple[Absorbing, ImplicitConstraint]], force: Floats, active: ActiveGrid
+) -> dict[str, Floats]:
+    """Returns what each boundary keeps of forces (nodes, dim) on the nodes on which it acts."""
+    shares = {
+        each.name: np.where(each.nodes(part, active)[:, None], each.shares(part, active), 0.0)
+        for each, part in parts
+    }
+    total = sum(shares.values(), np.zeros_like(force))
+    total = np.where(total > 0.0, total, 1.0)
+    return {name: force * share / total for name, share in shares.items()}

@@ -132,6 +132,10 @@ class Absorbing:
         self._held.set(active, force)
         self.begun = True
 
+    def kept(self, active: ActiveGrid) -> Floats:
+        """Returns the forces that it keeps on the nodes of a grid [force], shape (nodes, dim)."""
+        return Release(self._held, active, 0.0, 0.0).load_before()
+
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns the arrays for a checkpoint."""
         own = {"begin": np.array([self._begin]), "begun": np.array([self.begun])}

@@ -321,9 +321,13 @@ class AssembledInertia(AssembledTerm):
         """
         before, after = self.before, self.after(displacement)
         force = self._mass.times(before.acceleration + after.acceleration)
+        return 0.5 * self._pattern.work(force, displacement) - self.kinetic_change(displacement)
+
+    def kinetic_change(self, displacement: Floats) -> float:
+        """Returns the change of the grid's kinetic energy in the step [force length]."""
+        before, after = self.before, self.after(displacement)
         change = self._mass.times(after.velocity - before.velocity)
-        kinetic = self._pattern.work(change, after.velocity + before.velocity)
-        return 0.5 * (self._pattern.work(force, displacement) - kinetic)
+        return 0.5 * self._pattern.work(change, after.velocity + before.velocity)
 
     def ghost_force(self, displacement: Floats) -> Floats:
         """Returns the force of the ghost mass at the end of the step [force], (nodes, dim)."""

@@ -180,8 +180,9 @@ class Supports:
     Args:
         part: the points, with the multiplier of each.
         nodes: number of nodes of the grid.
-        still: whether what is in contact at the start keeps its gaps: the step is only to give the
-            accelerations at the start, and a gap closed in it would be one of them.
+        still: whether what is in contact at the start, or holds soil by a bilateral law, keeps its
+            gaps: the step is only to give the accelerations at the start, and a gap that is closed
+            in it would be one of them.
 
     Attributes:
         active: which points take part, shape (n,).
@@ -305,8 +306,6 @@ class Supports:
                 value = (self.weight * self.frame[a, :, j])[part.trace.place] * part.trace.value
                 self.row[a, :, j] = np.bincount(self._entry, value, minlength=len(self.node))
         self.gap = self._sum(self.first_gap) / self._divisor
-        if self._still:
-            self.gap[part.owner[part.touch.closed]] = 0.0
         self.before = self.mean(part.before)
         soft = np.stack([self._sum(1.0 / each) for each in part.stiffness.T], axis=1)
         self.stiffness = self._divisor[:, None] / np.where(soft > 0.0, soft, 1.0)
@@ -318,6 +317,9 @@ class Supports:
             self._mean_of(law.tension),
             self._sum(law.bilateral.astype(np.float64)) > 0.5 * self.area,
         )
+        if self._still:
+            self.gap[part.owner[part.touch.closed]] = 0.0
+            self.gap[self.law.bilateral] = 0.0
 
     def _sum(self, value: Floats) -> Floats:
         total = np.bincount(self.part.owner, self.weight * value, minlength=self.count)
