@@ -2,7 +2,7 @@
 """Factors of safety of soil with little or no cohesion, between Davis' and Spencer's.
 
 A failed solution is no collapse: each factor, or what is certain of one that is undecided, is not
-below Davis' (form B, of the reduced angles) and not above Spencer's by more than 5 %.
+below Davis' (form C, of the reduced friction angle) and not above Spencer's by more than 5 %.
 """
 
 from __future__ import annotations
@@ -13,6 +13,8 @@ import pytest
 from readings import long
 from safety_slopes import HIGH, LOW, SafetySlope, agrees, reduced
 from spencer import SpencerSlope
+
+from tilth.model.davis import DavisForm
 
 ACADS = 0.986
 """Spencer's factor of the simple slope of the ACADS survey (Giam and Donald 1989, example 1a), by
@@ -77,6 +79,20 @@ def test_sand_that_newtons_method_does_not_solve() -> None:
     assert any(trial.crept and trial.in_equilibrium for trial in result.trials)
     assert result.is_decided
     assert LOW * davis <= result.factor <= HIGH * spencer
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("slope", "davis"),
+    [(SafetySlope(2.0, 2.0, 35.0, 0.0), "B"), (SafetySlope(2.0, 2.0, 35.0, 10.0), "C")],
+)
+def test_davis_equivalent_has_spencers_factor(slope: SafetySlope, davis: DavisForm) -> None:
+    """Of slices with the same strength: beta of the reduced angle, and of the declared psi."""
+    spencer, of_the_soil = slope.bounds()
+    result = reduced(slope, COARSE, davis=davis)
+    assert result.is_decided
+    assert result.factor == pytest.approx(spencer, rel=0.05)
+    assert result.factor < of_the_soil
 
 
 @pytest.mark.long
