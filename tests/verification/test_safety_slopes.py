@@ -88,11 +88,10 @@ def test_sand_that_newtons_method_does_not_solve() -> None:
 )
 def test_davis_equivalent_has_spencers_factor(slope: SafetySlope, davis: DavisForm) -> None:
     """Of slices with the same strength: beta of the reduced angle, and of the declared psi."""
-    spencer, of_the_soil = slope.bounds()
+    spencer, _ = slope.bounds()
     result = reduced(slope, COARSE, davis=davis)
     assert result.is_decided
     assert result.factor == pytest.approx(spencer, rel=0.05)
-    assert result.factor < of_the_soil
 
 
 @pytest.mark.long
