@@ -78,8 +78,8 @@ class _Commands(click.Group):
 def cli(context: click.Context) -> None:
     """Implicit material point method for large deformations of soil.
 
-    Exit codes: 0 done; 1 the analysis could not be finished, results so far are on disk; 2 the
-    input is wrong; 3 interrupted; 4 a bug in tilth.
+    Exit codes: 0 done; 1 the analysis could not be finished, results so far are on disk, or a
+    factor of safety is undecided; 2 the input is wrong; 3 interrupted; 4 a bug in tilth.
     """
     from tilth.analysis.available_memory import require_memory_of_program
 

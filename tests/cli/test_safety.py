@@ -256,3 +256,33 @@ def test_a_state_that_is_not_found_again_is_an_error(
     assert "the equilibrium at the factor 1 is not found again (the soil does not" in done.err
     assert "no factor of safety follows" in done.err
     assert not (tmp_path / "column" / "safety.json").exists()
+
+
+STAGES = (
+    "[schedule]\nsteps = 2\n",
+    '[[stages]]\nname = "load"\nschedule = { steps = 2 }\n\n'
+    '[[stages]]\nname = "how safe"\ntype = "strength_reduction"\ntolerance = 0.05\n\n'
+    '[[stages]]\nname = "wait"\nschedule = { steps = 1 }\n',
+)
+
+
+@pytest.mark.slow
+def test_a_run_with_an_undecided_stage_is_complete_but_ends_with_1(
+    tilth: Tilth, case: Case, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As `tilth safety`; resumed too. One that has not come so far ends with 0."""
+    undecided(monkeypatch, 1.05, 1.25)
+    file, folder = case(STRONGER, STAGES), tmp_path / "column"
+    done = tilth("run", file, "--threads", "1")
+    assert done.code == 1
+    assert f"results in {folder}" in done.out
+    certain = read_safety(folder, 1).bracket
+    assert f"the factor of safety is undecided in the stage 'how safe': {certain}" in done.err
+    assert "Traceback" not in done.err
+    assert f"Factor of safety undecided: {certain}" in (folder / "report.html").read_text("utf-8")
+    assert (folder / "history.csv").read_text("utf-8").splitlines()[-1].startswith("3,")
+    stopped = tilth("run", file, "--overwrite", "--until", "0.5", "--quiet", "--threads", "1")
+    assert (stopped.code, stopped.err) == (0, "")
+    resumed = tilth("resume", folder, "--quiet", "--threads", "1")
+    assert (resumed.code, resumed.out) == (1, "")
+    assert certain in resumed.err

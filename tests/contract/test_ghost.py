@@ -445,8 +445,9 @@ def test_elastic_share_of_a_strain() -> None:
     entries["materials"]["soil"] = material
     # half of the fourth step is elastic
     shear = steps * at_yield / 3.5
-    entries["boundaries"] = [affine(np.array([[1.0, shear], [0.0, 1.0]]))]
-    entries["schedule"] = {"steps": steps}
+    still = [[0.0, 0.0], [1.0, 1.0], [1.25, 1.0]]  # two further steps in which nothing moves
+    entries["boundaries"] = [affine(np.array([[1.0, shear], [0.0, 1.0]])) | {"factor": still}]
+    entries["schedule"] = {"steps": steps + 2, "end": 1.25}
     shares = []
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
@@ -456,3 +457,4 @@ def test_elastic_share_of_a_strain() -> None:
     assert (np.array(shares[:3]) == 1.0).all()
     np.testing.assert_allclose(shares[3], 0.5, atol=1e-3)
     np.testing.assert_allclose(shares[4:], 0.0, atol=1e-3)
+    np.testing.assert_allclose(shares[-1], shares[-3], atol=1e-3)

@@ -28,15 +28,18 @@ HALVED, LEAST_OF_HALVED = 1.0, 1e-3
 """Greatest ratio of what changes when steps are halved once more and when they are halved; and a
 relative difference that is small enough in any case."""
 
-UNLOADED = 0.2
-"""Share of the displacement that is left of an elastic load cycle: of the order of a cell over the
-height, as points have come into other cells."""
+UNLOADED, LEFT_OF_HALVED = 0.2, 0.75
+"""Share of the displacement that is left of an elastic load cycle: of the order of the motion of a
+step in cells, as the basis is another one on the way back; and what is left of it with steps of
+half the size, where an error of the first order is halved."""
 
-STEP_ENERGY = 3.0
+STEP_ENERGY = 1.0
 """Error of the work of a step over that work, divided by the displacement in cells."""
 
-OF_AIDS = 0.05
-"""Energy that ghost stabilisation and weak springs keep, as a share of the energies."""
+OF_WATER = 0.1
+"""The same of water in soil without stress at the start, over the energies: its uplift acts at
+once, and of the work on a motion through which a force is constant one half is stored. That is the
+square of the share that it has in the loads."""
 
 CONTACT_ENERGY = 0.6
 """The same error where soil comes into contact within steps: half of the work of a step, in which

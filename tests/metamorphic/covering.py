@@ -46,18 +46,20 @@ class Covering:
 
     def choices(self, count: int) -> Iterator[tuple[str, Choice]]:
         """Yields names and choices of models."""
-        number = 0
+        number = tries = 0
         while number < count:
             name = f"{self.seed}-{number}"
-            choice = self._next(name)
+            choice = self._next(name, tries)
+            tries += 1
             if choice is not None:
-                number += 1
+                number, tries = number + 1, 0
                 for pair in pairs_of(choice):
                     self.missing.pop(pair, None)
                 yield name, choice
 
-    def _next(self, name: str) -> Choice | None:
-        random = Random(name)
+    def _next(self, name: str, tries: int) -> Choice | None:
+        """tries: before this one; where no pair is missing a choice is another in each."""
+        random = Random(name if self.missing or not tries else f"{name} {tries}")
         pair = min(self.missing, key=self.missing.__getitem__, default=None)
         pinned = {} if pair is None else dict(pair)
         message = "the relation says nothing of it"

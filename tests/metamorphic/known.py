@@ -34,11 +34,6 @@ KNOWN = (
         (("base", ("absorbing", "absorbing_implicit")),),
     ),
     KnownFault(
-        "soil with a point in a cell, on the finer grid of a stage, depends much on the steps",
-        "halved: differences",
-        (("stages", ("grid",)),),
-    ),
-    KnownFault(
         "the fields of unpaired bodies follow their order; the message says how to list them",
         "they would pass through eac",
         (("relation", ("order",)),),

@@ -121,7 +121,9 @@ class Ground:
 
     @property
     def _division(self) -> Tree:
-        return {"points_per_cell": 2} if self.regular else {"spacing": 0.47 * CELL}
+        """Two points along each edge of a cell, also of the finer grid of a stage."""
+        finer = 2 if self.has("stages", "grid") else 1
+        return {"points_per_cell": 2 * finer} if self.regular else {"spacing": 0.47 * CELL / finer}
 
     def amount(self, least: float, most: float) -> float:
         return round(self.random.uniform(least, most), 3)

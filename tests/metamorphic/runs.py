@@ -30,6 +30,7 @@ class Moment:
         stage: number.
         number: permanent numbers of the points, (n,).
         position, displacement: [length], (n, dim).
+        cell: in which they are, (n, dim).
         stress: [stress], (n, 6).
         plastic_strain: [-], (n,).
         volume: relative to the initial one [-], (n,).
@@ -44,6 +45,7 @@ class Moment:
         residual: relative, that Newton's iteration left [-].
         iterations: of Newton.
         energies: all kinds [force length].
+        spring_work: work on weak springs in the step [force length].
         force_units: powers of length, stress and time in a unit of force.
         bodies: displacements of the centres of the rigid bodies [length], (dim,), by name.
     """
@@ -53,6 +55,7 @@ class Moment:
     number: Integers
     position: Floats
     displacement: Floats
+    cell: Integers
     stress: Floats
     plastic_strain: Floats
     volume: Floats
@@ -68,6 +71,7 @@ class Moment:
     residual: float
     iterations: int
     energies: dict[str, float]
+    spring_work: float
     force_units: tuple[float, float, float]
     bodies: dict[str, Floats] = field(default_factory=dict)
 
@@ -163,6 +167,7 @@ def _moment(
         number=points.point_id[order],
         position=points.position[order],
         displacement=points.displacement[order],
+        cell=np.floor(simulation.grid.in_cells(points.position[order])).astype(np.int64),
         stress=points.stress[order],
         plastic_strain=points.plastic[order, 0],
         volume=np.linalg.det(points.deformation_gradient[order]),
@@ -178,6 +183,7 @@ def _moment(
         residual=found.residuals[-1],
         iterations=found.iterations,
         energies=energies.values(simulation, result.time),
+        spring_work=balance.spring_work,
         force_units=(1 if simulation.kind == "plane_strain" else 2, 1, 0),
         bodies={body.name: np.asarray(body.place_now()[0]) for body in simulation.bodies},
     )

@@ -34,4 +34,5 @@ class Subject:
 
     @property
     def random(self) -> Random:
+        """Random amounts of a relation, from the start."""
         return Random(self.seed)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import copy
+from collections import Counter
 from functools import cache
 
 import numpy as np
@@ -45,6 +46,19 @@ def test_every_pair_of_values_occurs_or_is_refused() -> None:
     covering, _ = _models()
     assert not covering.missing
     assert all(covering.left_out.values())
+
+
+def test_choices_go_on_once_all_pairs_have_occurred() -> None:
+    """A choice that is refused then is drawn anew."""
+    tries: Counter[str] = Counter()
+
+    def refused_at_first(choice: Choice, name: str) -> str:
+        tries[name] += 1
+        return "refused" if tries[name] == 1 else ""
+
+    covering = Covering(SEED, refused_at_first)
+    covering.missing.clear()
+    assert [name for name, _ in covering.choices(3)] == ["1-0", "1-1", "1-2"]
 
 
 def _plain(**values: str) -> Subject:

@@ -11,26 +11,33 @@ import numpy as np
 import tilth.analysis.simulation as simulation
 from tilth.arrays import Floats
 from tilth.terms.balance import Balance
+from tilth.terms.protocol import Role
 
-GHOST, SPRINGS = 2, -1
-"""Places of ghost stabilisation and weak springs in `Simulation.terms`."""
+SPRINGS = -1
+"""Place of the weak springs in `Simulation.terms`."""
 
 
 class WatchedBalance(Balance):
     """A balance that keeps the forces of the last committed step.
 
     Attributes:
-        aids: force of ghost stabilisation and weak springs on the soil [force], (nodes, dim).
-        left: residual of the free degrees of freedom and of those of the boundaries.
+        aids: force of stabilisations and weak springs on the soil [force], (nodes, dim).
+        spring_work: work of the soil on weak springs in the step [force length].
+        size: largest norm of the forces of soil and boundaries [force].
     """
 
     aids: Floats
+    spring_work: float
     size: float
 
     def commit(self, displacement: Floats) -> None:
         """As `Balance.commit`."""
         global _last
-        self.aids = -sum(self.terms[k].force(displacement) for k in (GHOST, SPRINGS))  # type: ignore[assignment]
+        springs = self.terms[SPRINGS]
+        aids = [springs, *(term for term in self.terms if term.role is Role.STABILISATION)]
+        self.aids = -sum(term.force(displacement) for term in aids)  # type: ignore[assignment]
+        mean = springs.force(np.zeros_like(displacement)) + springs.force(displacement)
+        self.spring_work = 0.5 * float(np.sum(mean * displacement))
         soil = [np.linalg.norm(term.force(displacement)) for term in self.terms[:2]]
         self.size = float(max(soil))
         _last = self

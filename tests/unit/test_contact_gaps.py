@@ -19,7 +19,9 @@ from tilth.boundaries.contact.constraint import (
     SCATTER_OF_MEANS,
     frames,
 )
+from tilth.boundaries.contact.smoothness import smoothness
 from tilth.boundaries.contact.surface import AWAY, NEVER, OPEN, CarriedContact, Touch
+from tilth.mpm.grid import Grid
 from tilth.verification.cases import example, varied
 from tilth.verification.contact_runs import ContactRun, run_contact
 
@@ -239,3 +241,18 @@ def test_what_was_measured_when_contact_closed_is_kept() -> None:
         kept += int(both.sum())
         np.testing.assert_allclose(surface.carried[both, 5], was[both, 5], rtol=0, atol=1e-15)
     assert kept > 0
+
+
+def test_the_smooth_surface_of_soil_does_not_depend_on_the_origin() -> None:
+    """Points are fitted in the grid's cells, which are where the grid begins."""
+    angle = np.linspace(-0.9, 0.9, 60)
+    normal = np.stack([np.sin(angle), -np.cos(angle)], axis=1)
+    gap = 1e-3 * np.cos(9.0 * angle) ** 2
+    found = []
+    for shift in ([0.0, 0.0], [0.37, -2.11]):
+        lines = (np.array([0.0, 0.4, 0.8, 1.3, 1.9]), np.zeros(0))
+        grid = Grid(np.array([-0.8, -1.0]) + shift, np.array([0.4, 0.5]), lines=lines)
+        found.append(smoothness(normal + shift, normal, gap, grid))
+    assert np.allclose(found[0].scatter, found[1].scatter, atol=1e-12)
+    assert np.allclose(found[0].normal, found[1].normal, atol=1e-9)
+    assert len(np.unique(found[0].scatter)) > 2

@@ -332,3 +332,16 @@ def test_multigrid_solves_contact_in_space() -> None:
     assert reasons == []
     assert 0 < max(simulation.solver.iterations, default=0) <= 15
     assert np.abs(found[1] - found[0]).max() < 1e-7 * np.abs(found[0]).max()
+
+
+@pytest.mark.parametrize("basis", ["linear", "gimp", "cpdi2"])
+@pytest.mark.parametrize(("bottom", "top"), [(0.0, 1.0), (0.2, 0.9), (0.3, 2.6)])
+def test_bodies_touch_however_thin_they_are(basis: str, bottom: float, top: float) -> None:
+    """The block lies on a bed as thin as a cell, or thinner, with the whole of its underside."""
+    bed = body("ground", 0.0, 0.0, basis=basis)
+    bed["shape"] = {"type": "box", "lower": [-1.0, bottom], "upper": [3.0, top]}
+    block = body("block", 0.0, top, basis=basis)
+    model = Model.from_dict(entries(pair(wished_in_place=True), bodies=[block, bed]))
+    (contact,) = Simulation(model).prepare(0.0, 1.0).constraints.contacts
+    assert np.isclose(contact.pose.weight.sum(), 2.0)
+    assert np.allclose(contact.pose.normal, [0.0, -1.0])

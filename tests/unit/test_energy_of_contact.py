@@ -2,7 +2,8 @@
 """The balance of energy of blocks, plates, pipes and pairs of bodies that slide with friction.
 
 The work of a boundary or rigid body is its force times its own motion. What is in none of the
-energies, less what the time integration takes by its own formula, is the error of the balance.
+energies, less what time integration, ghost stabilisation and gaps of contact take by their own
+formulas, is the error of the balance.
 """
 
 from __future__ import annotations
@@ -25,16 +26,16 @@ END, STEPS, CELL = 0.4, 40, 0.25
 LOADED = 0.15
 """Time until which gravity or a plate's pressure grows: slowly, so that little vibrates."""
 LARGEST_ERROR = {
-    "block": 1e-3,
-    "turned block": 1e-3,
-    "plate": 3e-3,
-    "free plate": 3e-3,
-    "pair": 3e-3,
-    "pipe": 1e-2,
+    "block": 1e-4,
+    "turned block": 1e-4,
+    "plate": 1e-4,
+    "free plate": 1e-4,
+    "pair": 1e-3,
+    "pipe": 1e-4,
 }
 """Of the balance over the work, or over what is stored and dissipated if that is more, in six
-situations. Where soil comes to a body's corner or leaves it, and where it drifts off a round body,
-contact opens and closes in a step: that gives back a little more or less than it took."""
+situations. In a pair the forces at the start of a step, when supports are others, are not those at
+the end of the last one."""
 Entries = dict[str, Any]
 
 
@@ -212,7 +213,7 @@ def _pair(entries: Entries, contact: Entries) -> Entries:
 def balance(entries: Entries) -> tuple[dict[str, float], list[StepResult]]:
     """All energies at the end of a model's steps, and these."""
     simulation = Simulation(Model.from_dict(entries))
-    if "initial" in entries:
+    if "stress" in entries.get("initial", {}):
         find_initial_equilibrium(simulation)
     energies = Energies.at_start(simulation)
     results = []
@@ -225,7 +226,8 @@ def balance(entries: Entries) -> tuple[dict[str, float], list[StepResult]]:
 
 def error_of(energies: dict[str, float]) -> float:
     """The error of the balance over the greatest of work and of what it became."""
-    error = energies["numerical_dissipation"] - energies["time_integration"]
+    stated = ("time_integration", "stabilisation", "contact_gaps")
+    error = energies["numerical_dissipation"] - sum(energies[kind] for kind in stated)
     found = ("elastic", "kinetic", "plastic_dissipation", "friction_dissipation")
     return error / max(abs(energies["external_work"]), sum(energies[kind] for kind in found))
 
@@ -235,6 +237,28 @@ def test_energy_is_balanced(seed: int) -> None:
     energies, _ = balance(drawn(seed))
     assert energies["friction_dissipation"] > 0.0
     assert abs(error_of(energies)) < LARGEST_ERROR[situation_of(seed)]
+
+
+def test_what_ghost_stabilisation_and_gaps_take_is_told() -> None:
+    """Without these two terms the balance of a turned pipe is wrong by half a per cent."""
+    energies, _ = balance(drawn(11))
+    size = energies["external_work"]
+    assert energies["stabilisation"] > 5e-3 * size
+    assert energies["contact_gaps"] < -5e-3 * size
+
+
+def test_the_work_of_a_plane_at_rest_is_none_in_an_impact() -> None:
+    """What soil loses or gets where a gap closes or opens in a step is that of contact's gaps."""
+    plane = {"name": "plane", "type": "implicit", "geometry": flat([0.0, 0.0])}
+    plane["contact"] = {"normal": "unilateral", "tangential": "smooth"}
+    entries = with_inertia([plane], 0.5, 0.08, 20)
+    entries["bodies"][0]["shape"] = {"type": "box", "lower": [0.0, 0.01], "upper": [0.5, 0.51]}
+    entries["initial"] = {"velocity": [{"body": "soil", "y": -1.0}], "equilibrium": False}
+    energies, results = balance(entries)
+    start = 0.5 * 500.0
+    assert max(result.resultant("plane")[1] for result in results) > 0.0
+    assert abs(energies["contact_gaps"]) > 0.01 * start
+    assert abs(energies["external_work"]) < 0.1 * abs(energies["contact_gaps"])
 
 
 def with_inertia(boundaries: list[Entries], width: float, end: float, steps: int) -> Entries:

@@ -186,3 +186,17 @@ def test_resumed_after_the_first_step(
     run_until(model, tmp_path / "part", 1, monkeypatch)
     resume(tmp_path / "part", quiet=True)
     assert_same_results(tmp_path / "whole", tmp_path / "part")
+
+
+@pytest.mark.parametrize("size", [0.2, 1e-3])
+@pytest.mark.parametrize("kind", BOTH)
+def test_a_body_that_rests_begins_with_no_acceleration(kind: str, size: float) -> None:
+    """Gaps are measured in another way below a body with inertia, but it has not moved for that."""
+    entries = ground(kind, top=-0.1, mass=MASS)
+    entries["units"] = {"time": "s"}
+    entries["analysis"]["inertia"] = {"scheme": "newmark"}
+    entries["schedule"] = {"end": size, "steps": 1}
+    simulation, _ = found(entries)
+    assert simulation.declared_dynamics is not None
+    simulation.declared_dynamics.begin(simulation, 0.0, size)
+    assert np.abs(simulation.points.motion[:, 1]).max() < 0.05 * GRAVITY

@@ -141,8 +141,9 @@ def test_an_undecided_factor_does_not_end_the_run(
     declared = entries()
     declared["stages"] = declared["stages"][:3]
     declared["stages"][1]["maximum_factor"] = 1.25
-    run(Model.from_dict(declared), tmp_path / "out", quiet=True)
+    result = run(Model.from_dict(declared), tmp_path / "out", quiet=True)
     found = read_safety(tmp_path / "out", 1)
+    assert (result.finished, result.undecided) == (True, {"safety": found.bracket})
     assert (found.is_decided, found.factor, found.above) == (False, 1.2, None)
     certain = f"factor of safety undecided: {found.bracket}"
     log = (tmp_path / "out" / "log.txt").read_text()

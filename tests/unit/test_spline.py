@@ -294,3 +294,15 @@ def test_an_open_chain_has_no_area():
 def test_corner_flags_must_fit():
     with pytest.raises(BadSurface, match="3 corner flags for 4 points"):
         Chain(SQUARE, True, np.zeros(3, dtype=bool))
+
+
+def test_the_tangent_between_two_straight_runs_does_not_follow_their_round_off():
+    """A kink between runs that a linear field keeps straight: the tangent halves the angle."""
+    x = np.linspace(0.0, 2.0, 9)
+    points = np.stack([x, np.where(x < 1.0, 1e-4 * (x - 1.0), 3e-4 * (x - 1.0))], axis=1)
+    middle = []
+    for shift in (0.0, 1.5, -3.7):
+        spline = LocalCubicSpline(Chain(points + shift, False))
+        middle.append(spline.derivative(np.array([4]), np.array([0.0]))[0])
+    slope = np.array([each[1] / each[0] for each in middle])
+    np.testing.assert_allclose(slope, 2e-4, atol=1e-7)

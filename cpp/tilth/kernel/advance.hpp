@@ -29,13 +29,16 @@ struct ConvergedArrays {
   double* last_gradient;         // (n, dim, dim) displacement gradient of the step
   double* deformation_gradient;  // (n, 3, 3)
   double* cauchy;                // (n, 6)
-  double* elastic_share;         // (n) of the step's deviatoric strain
+  double* elastic_share;         // (n) of the last deviatoric strain
 };
 
-/// Share of a step's deviatoric strain that was elastic; `plastic` is the increment of equivalent
-/// plastic strain, sqrt(2/3) of the tensor's norm.
-inline double elastic_share(const double h[3][3], double plastic) {
-  if (!(plastic > 0.0)) return 1.0;
+/// Deviatoric strain after which the elastic share is that of the last step: a step in which next
+/// to nothing moves does not say whether the soil flows.
+constexpr double forgotten_strain = 1e-6;
+
+/// Share of the last deviatoric strain that was elastic; `plastic` is the step's increment of
+/// equivalent plastic strain, sqrt(2/3) of the tensor's norm, `before` the share before the step.
+inline double elastic_share(const double h[3][3], double plastic, double before) {
   const double mean = (h[0][0] + h[1][1] + h[2][2]) / 3.0;
   double square = 0.0;
   for (int i = 0; i < 3; ++i)
@@ -44,7 +47,8 @@ inline double elastic_share(const double h[3][3], double plastic) {
       square += strain * strain;
     }
   const double size = std::max(std::sqrt(square), std::numeric_limits<double>::min());
-  return std::max(0.0, 1.0 - std::sqrt(1.5) * plastic / size);
+  const double share = std::max(0.0, 1.0 - std::sqrt(1.5) * std::max(plastic, 0.0) / size);
+  return share + (before - share) * std::exp(-size / forgotten_strain);
 }
 
 /// F <- dF F; sigma = tau / det F in six components; displacement gradient and elastic share of the
@@ -53,31 +57,33 @@ template <class K>
 void advance(const Stencil& stencil, const double* displacement, const ConvergedArrays& arrays) {
   constexpr int dim = K::dim;
   const auto* response = reinterpret_cast<const Response<K>*>(arrays.response);
-  for_displacement_gradients<K>(
-      stencil, displacement, arrays.position,
-      [&](std::int64_t /*group*/, std::int64_t p, const double h[3][3]) {
-        double before[3][3], f[3][3], inverse[3][3];
-        double* gradient = arrays.deformation_gradient + 9 * p;
-        for (int i = 0; i < 3; ++i)
-          for (int j = 0; j < 3; ++j) before[i][j] = gradient[3 * i + j];
-        for (int i = 0; i < 3; ++i)
-          for (int j = 0; j < 3; ++j) {
-            f[i][j] = before[i][j] + h[i][0] * before[0][j] + h[i][1] * before[1][j] +
-                      h[i][2] * before[2][j];
-            gradient[3 * i + j] = f[i][j];
-          }
-        for (int i = 0; i < dim; ++i)
-          for (int j = 0; j < dim; ++j) arrays.last_gradient[dim * (dim * p + i) + j] = h[i][j];
-        const double determinant = invert(f, inverse);
-        const Response<K>& r = response[p];
-        double axis[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-        for (int i = 0; i < dim; ++i)
-          for (int a = 0; a < dim; ++a) axis[i][a] = r.axis[i][a];
-        compose(r.kirchhoff, axis, arrays.cauchy + 6 * p);
-        for (int k = 0; k < 6; ++k) arrays.cauchy[6 * p + k] /= determinant;
-        arrays.elastic_share[p] =
-            elastic_share(h, arrays.plastic_after[2 * p] - arrays.plastic_before[2 * p]);
-      });
+  for_displacement_gradients<K>(stencil, displacement, arrays.position,
+                                [&](std::int64_t /*group*/, std::int64_t p, const double h[3][3]) {
+                                  double before[3][3], f[3][3], inverse[3][3];
+                                  double* gradient = arrays.deformation_gradient + 9 * p;
+                                  for (int i = 0; i < 3; ++i)
+                                    for (int j = 0; j < 3; ++j) before[i][j] = gradient[3 * i + j];
+                                  for (int i = 0; i < 3; ++i)
+                                    for (int j = 0; j < 3; ++j) {
+                                      f[i][j] = before[i][j] + h[i][0] * before[0][j] +
+                                                h[i][1] * before[1][j] + h[i][2] * before[2][j];
+                                      gradient[3 * i + j] = f[i][j];
+                                    }
+                                  for (int i = 0; i < dim; ++i)
+                                    for (int j = 0; j < dim; ++j)
+                                      arrays.last_gradient[dim * (dim * p + i) + j] = h[i][j];
+                                  const double determinant = invert(f, inverse);
+                                  const Response<K>& r = response[p];
+                                  double axis[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+                                  for (int i = 0; i < dim; ++i)
+                                    for (int a = 0; a < dim; ++a) axis[i][a] = r.axis[i][a];
+                                  compose(r.kirchhoff, axis, arrays.cauchy + 6 * p);
+                                  for (int k = 0; k < 6; ++k)
+                                    arrays.cauchy[6 * p + k] /= determinant;
+                                  arrays.elastic_share[p] = elastic_share(
+                                      h, arrays.plastic_after[2 * p] - arrays.plastic_before[2 * p],
+                                      arrays.elastic_share[p]);
+                                });
 }
 
 /// Fills `volume` with det F times the initial one.

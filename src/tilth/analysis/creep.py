@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tilth.analysis.residual import Newton
+from tilth.analysis.residual import Newton, Refinement
 from tilth.analysis.step import Equilibrium
 from tilth.analysis.step_result import PreparedStep
 from tilth.arrays import Floats
@@ -75,7 +75,8 @@ def creep(
         Where the soil is after each pseudo-step, and False; last of all its equilibrium without
         drag, and True, if it comes to rest within `PSEUDO_STEPS`.
     """
-    loose = replace(newton, tolerance=max(TOLERANCE, newton.tolerance), settles=False)
+    some = newton.refinement if newton.refinement is Refinement.NONE else Refinement.SOME
+    loose = replace(newton, tolerance=max(TOLERANCE, newton.tolerance), refinement=some)
     size, taken, rest = 1.0, 0, FIRST_REST
     try:
         for _ in range(PSEUDO_STEPS):

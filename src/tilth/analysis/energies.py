@@ -19,6 +19,8 @@ ENERGY_KINDS = (
     "radiation",
     "numerical_dissipation",
     "time_integration",
+    "stabilisation",
+    "contact_gaps",
 )
 """Kinds of energy, in the order of the columns of energies.csv."""
 
@@ -35,6 +37,8 @@ class Energies:
         damping: what Rayleigh damping dissipated of it.
         radiated: what left through absorbing boundaries less what came in.
         integration: what the time integration dissipated of it, by its own formula.
+        stabilisation: what ghost stabilisation took of it, by its own formula.
+        gaps: what contact took of it where gaps closed or opened, by its own formula.
     """
 
     start: float = 0.0
@@ -43,6 +47,8 @@ class Energies:
     damping: float = 0.0
     radiated: float = 0.0
     integration: float = 0.0
+    stabilisation: float = 0.0
+    gaps: float = 0.0
 
     @classmethod
     def at_start(cls, simulation: Simulation) -> Energies:
@@ -56,6 +62,8 @@ class Energies:
         self.damping += result.damping_work
         self.radiated += result.radiated_work
         self.integration += result.integration_work
+        self.stabilisation += result.stabilisation_work
+        self.gaps += result.gap_work
 
     def value(self, kind: str, simulation: Simulation, time: float) -> float:
         """Returns an energy after the steps to a time of the stage, by its kind as in `Track`."""
@@ -79,7 +87,8 @@ class Energies:
         numerical = self.start + self.work - found
         return {
             "external_work": self.work, **stored, **lost, "numerical_dissipation": numerical,
-            "time_integration": self.integration,
+            "time_integration": self.integration, "stabilisation": self.stabilisation,
+            "contact_gaps": self.gaps,
         }  # fmt: skip
 
 

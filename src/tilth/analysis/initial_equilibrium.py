@@ -349,7 +349,7 @@ def _result_at_rest(
     reaction = np.where(constrained, now.forces.residual, 0.0)
     zero = np.zeros_like(step.conditions.increment)
     still = Equilibrium(zero, now.forces.load, reaction, reaction, [now.relative], now.unknowns)
-    return result_of(step, balance, still, simulation.kept_contact)
+    return result_of(step, balance, still, simulation.kept_contact, simulation.kept_ghost)
 
 
 def forces_at_rest(simulation: Simulation) -> StepResult:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from enum import Enum, auto
 
 import numpy as np
 
@@ -22,6 +23,17 @@ Stiff constraints cancel in the residual; what round-off leaves of them cannot b
 """
 
 
+class Refinement(Enum):
+    """Whether terms become more exact at solutions."""
+
+    NONE = auto()
+    """They do not."""
+    SOME = auto()
+    """They do, a few times: where the path, not its end, is looked for."""
+    SETTLED = auto()
+    """They do, until they do not change any more."""
+
+
 @dataclass(frozen=True)
 class Newton:
     """Settings of the iteration.
@@ -31,8 +43,7 @@ class Newton:
         maximum_iterations: iterations after which the step counts as failed.
         line_search: whether steps that do not reduce the residual are shortened.
         round_off: residual [force] that round-off alone explains; it always counts as converged.
-        settles: whether the iteration goes on until nothing changes at its solution any more; else
-            that is left to what follows.
+        refinement: of the terms at its solutions, see `AssembledTerm.refine`.
         changes: how terms change what they fix, as which soil takes part in contact.
     """
 
@@ -40,7 +51,7 @@ class Newton:
     maximum_iterations: int
     line_search: bool
     round_off: float
-    settles: bool = True
+    refinement: Refinement = Refinement.NONE
     changes: Changes = Changes.USUAL
 
 

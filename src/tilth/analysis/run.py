@@ -43,6 +43,7 @@ from tilth.output.folder import (
     require_folder,
 )
 from tilth.output.lock import FolderLock
+from tilth.output.safety_files import undecided_factors
 from tilth.report.setup_file import write_setup
 from tilth.results.run_results import RunResults
 
@@ -78,6 +79,11 @@ class Result:
         seconds = f"{sum(self.seconds.values()):.3g} s"
         rows = {"run": self._end, "size": self._size, "time": seconds, "folder": str(self.folder)}
         return html_table(rows)
+
+    @property
+    def undecided(self) -> dict[str, str]:
+        """What is certain of the stages' factors of safety that are undecided, by their names."""
+        return undecided_factors(load_model(self.folder), self.folder)
 
     @property
     def _end(self) -> str:

@@ -16,7 +16,7 @@ from tilth.errors import AnalysisFailed, BadInput, visible
 from tilth.model import StrengthReduction
 from tilth.model.davis import DavisForm
 from tilth.output.folder import load_model
-from tilth.output.safety_files import read_safety, whose_text
+from tilth.output.safety_files import TO_DECIDE, read_safety, whose_text
 from tilth.report.safety import text_of
 
 
@@ -76,5 +76,5 @@ def find_safety(
     if not summary.is_decided:
         raise AnalysisFailed(
             f"the factor of safety is undecided{whose_text(summary.davis)}: {summary.bracket}",
-            "smaller cells, a small cohesion or a wider tolerance may decide it",
+            TO_DECIDE,
         )

@@ -13,7 +13,7 @@ import numpy as np
 
 from tilth.analysis.creep import creep
 from tilth.analysis.mechanism import WIDTH, moving_cells
-from tilth.analysis.residual import Newton
+from tilth.analysis.residual import Newton, Refinement
 from tilth.analysis.safety_search import Outcome, Trial
 from tilth.analysis.simulation import ROUND_OFF, Simulation
 from tilth.analysis.step import Equilibrium, solve_step
@@ -87,6 +87,7 @@ class Trials:
             line_search=True,
             round_off=ROUND_OFF * self._comm.max(float(frozen.elastic_moduli().young.max()))
             * largest_face(simulation.grid),
+            refinement=Refinement.SETTLED,
         )  # fmt: skip
         ghost = simulation.owners()["ghost"]
         assert isinstance(ghost, Ghost)

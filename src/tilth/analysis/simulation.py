@@ -15,7 +15,7 @@ from tilth.analysis.attempts import solve
 from tilth.analysis.checks import check_first_step
 from tilth.analysis.dynamics import Dynamics
 from tilth.analysis.grid_motion import GridMotion
-from tilth.analysis.kept_contact import KeptContact
+from tilth.analysis.kept_contact import KeptContact, KeptForce
 from tilth.analysis.predictor import Predictor, load_curves
 from tilth.analysis.relaxation import Relaxation
 from tilth.analysis.residual import newton_attempts
@@ -73,7 +73,7 @@ from tilth.terms.inertia import TimeStep
 from tilth.terms.linear import LinearForces
 from tilth.terms.loads import Loads
 from tilth.terms.point_loads import PointLoads
-from tilth.terms.protocol import Term, union
+from tilth.terms.protocol import Role, Term, union
 from tilth.terms.released import Release, ReleasedForces
 from tilth.terms.soil_forces import SoilForces
 from tilth.terms.unheld_weight import unheld_weight
@@ -106,7 +106,7 @@ class Simulation:
         passage: remembers where soil was in front of the boundaries.
         is_forced: whether rigid bodies move freely.
         distribution: which points this process owns, of those of all processes.
-        kept_contact: the force of contact at the end of the last step.
+        kept_contact, kept_ghost: forces of contact and ghost stabilisation after the last step.
         timers: time spent in basis, stress, assembly, solve and other.
         run_warnings: warnings of probable mistakes.
         round_off: residual that counts as zero [force].
@@ -128,6 +128,7 @@ class Simulation:
         self.declared_dynamics = Dynamics.of(model)
         self.relaxation = Relaxation.of(model)
         self.kept_contact = KeptContact(model.dimension)
+        self.kept_ghost = KeptForce(model.dimension)
         self.boundaries = make_boundaries(model, self._time_step)
         self.implicit = make_implicit(model)
         self.bodies, surfaces = make_bodies(model, self._acceleration)
@@ -293,8 +294,9 @@ class Simulation:
         }
         if self.model.stage.releases:
             owners["released"] = self.released
-        moving = self.declared_dynamics, self.relaxation, self.kept_contact
-        named = zip(("dynamics", "relaxation", "contact force"), moving, strict=True)
+        moving = self.declared_dynamics, self.relaxation, self.kept_contact, self.kept_ghost
+        names = "dynamics", "relaxation", "contact force", "ghost force"
+        named = zip(names, moving, strict=True)
         owners |= {name: each for name, each in named if each is not None}
         owners |= {f"boundary {number}": each for number, each in enumerate(self.implicit)}
         owners |= {f"rigid body {i}": each for i, each in enumerate(self.bodies)}
@@ -418,7 +420,7 @@ class Simulation:
             raise
         move_surfaces(self, balance.active, displacement, moved)
         with self.timers.measure("boundaries"):
-            result = result_of(step, balance, equilibrium, self.kept_contact)
+            result = result_of(step, balance, equilibrium, self.kept_contact, self.kept_ghost)
         balance.commit(displacement)
         self.waves.commit(before, after)
         for pair in self.body_contacts:
@@ -447,6 +449,7 @@ class Simulation:
                 self._ghost.couplings(soil, constrained, constraints.exterior_nodes(), weight),
                 supported=self._ghost.supported_nodes(active, constrained),
                 commit=lambda u: self._ghost.commit(active, u),
+                role=Role.STABILISATION,
             )
             axis = LinearForces(
                 step.on_axis.couplings(),
@@ -458,7 +461,9 @@ class Simulation:
         on_points = PointLoads(self.loads, soil, before, after)
         terms: list[Term] = [SoilForces(soil), boundaries, ghost, axis, on_points, on_surfaces]
         force = self.round_off / ROUND_OFF
-        terms += contact_terms(constraints.contacts, self.bodies, after, force, active.nodes)
+        motion = self._time_step(before, after)
+        still = motion is not None and motion.from_rest
+        terms += contact_terms(constraints.contacts, self.bodies, after, force, active.nodes, still)
         if self._ghost.of_weight or len(self._edge_support.face):
             terms.append(self._edge_support.term(active, self._ghost.of_weight, stiffening))
         if self.water is not None:

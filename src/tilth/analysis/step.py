@@ -10,7 +10,7 @@ from enum import Enum
 
 import numpy as np
 
-from tilth.analysis.residual import Newton, Residual, State
+from tilth.analysis.residual import Newton, Refinement, Residual, State
 from tilth.arrays import Flags, Floats
 from tilth.boundaries import Conditions
 from tilth.errors import StepFailed
@@ -31,6 +31,13 @@ KEPT_MATRIX_RESIDUAL = 5.0
 
 KEPT_LEVELS_RATIO = 0.1
 """Largest ratio of two residuals in a row with which multigrid keeps its levels."""
+
+REFINED_FROM = 1e-3
+"""Relative residual from which on terms become more exact."""
+
+REFINEMENTS, REFINED, MOST_REFINEMENTS = 8, 0.3, 25
+"""How often they do: after so many times their change must be below this share of the first one,
+or the path is good enough; and how often at most."""
 
 LINE_SEARCH = (1.0, 0.5, 0.25, 0.125)
 """Shares of a correction that a line search tries, in this order."""
@@ -94,19 +101,26 @@ def solve_step(
     linearised = Linearisation(balance, constrained, solver, timers)
     residuals: list[float] = []
     begun, reuse = 0, Reuse.NOTHING
+    refinements = _Refinements(newton.refinement)
     now, initial_reaction, moving = _first_state(residual, balance, conditions, guess, unknowns)
     while True:
         if newton.changes is Changes.CAREFUL and balance.adapt(now.displacement):
             now = residual.at(now.displacement, now.unknowns)
         residuals.append(now.relative)
         on_iteration(len(residuals) - 1, now.relative)
+        if not (moving or refinements.done) and now.relative <= REFINED_FROM:
+            refinements.add(balance.refine(now.displacement), residuals)
+            begun = len(residuals)
+            now = residual.at(now.displacement, now.unknowns)
+            residuals[-1] = now.relative
         if not math.isfinite(now.relative):
             raise StepFailed("the residual is not a number", residuals=residuals)
         if residual.balanced(now, newton, len(residuals) - 1) and not moving:
-            if _revised(balance, now, residuals) and newton.settles:
+            if _revised(balance, now, residuals):
                 begun = len(residuals)
                 now = residual.at(now.displacement, now.unknowns)
                 residuals.pop()
+                refinements.again()
                 continue
             reaction = np.where(constrained, now.forces.residual, 0.0)
             return Equilibrium(
@@ -138,6 +152,33 @@ def _revised(balance: Balance, now: State, residuals: list[float]) -> bool:
     except StepFailed as failure:
         failure.residuals = residuals
         raise
+
+
+class _Refinements:
+    """How often terms were made more exact in a step, and whether they are exact enough."""
+
+    def __init__(self, refinement: Refinement) -> None:
+        self._settles = refinement is Refinement.SETTLED
+        self.done = refinement is Refinement.NONE
+        self._any = not self.done
+        self._sizes: list[float] = []
+
+    def again(self) -> None:
+        """Lets terms become more exact once more, after others have changed."""
+        self.done = not self._any
+
+    def add(self, size: float, residuals: list[float]) -> None:
+        """Takes note of how much terms changed; raises `StepFailed` if they do not settle."""
+        self._sizes.append(size)
+        tried = len(self._sizes)
+        self.done = size <= 1.0
+        if self.done or tried < REFINEMENTS:
+            return
+        if not self._settles:
+            self.done = True
+        elif tried > MOST_REFINEMENTS or size > REFINED * self._sizes[0]:
+            reason = "the plastic volume changes of the points do not settle"
+            raise StepFailed(reason, residuals=residuals)
 
 
 def _first_state(

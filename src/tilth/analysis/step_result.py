@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from tilth.analysis.kept_contact import KeptContact
+from tilth.analysis.kept_contact import KeptContact, KeptForce
 from tilth.analysis.step import Equilibrium
 from tilth.arrays import Floats
 from tilth.boundaries import Conditions, ImplicitConstraints
@@ -22,6 +22,7 @@ from tilth.mpm.grid import ActiveGrid
 from tilth.terms.balance import Balance
 from tilth.terms.dashpots import AssembledDashpots
 from tilth.terms.inertia import AssembledInertia
+from tilth.terms.protocol import Role
 from tilth.terms.stiffness_damping import AssembledStiffnessDamping
 
 
@@ -61,6 +62,8 @@ class StepResult:
         friction_work: work that friction dissipates in the step [force length].
         damping_work: the same of Rayleigh damping.
         integration_work: the same of the time integration.
+        stabilisation_work: work that ghost stabilisation takes in the step [force length].
+        gap_work: the same of contact where gaps close or open, see `SlipWork`.
         radiated_work: energy that leaves through absorbing boundaries less what comes in.
         possible_size: greatest size of a step relative to this one that keeps the declared limits
             of error and motion; infinite without limits.
@@ -78,6 +81,8 @@ class StepResult:
     friction_work: float = 0.0
     damping_work: float = 0.0
     integration_work: float = 0.0
+    stabilisation_work: float = 0.0
+    gap_work: float = 0.0
     radiated_work: float = 0.0
     possible_size: float = math.inf
     relaxing: Relaxing | None = None
@@ -136,10 +141,12 @@ def result_of(
     balance: Balance,
     equilibrium: Equilibrium,
     kept: KeptContact,
+    kept_ghost: KeptForce,
 ) -> StepResult:
     """Returns the result of a converged step; call it before the step is committed.
 
-    kept: the force of contact at the end of the last step; is renewed.
+    kept, kept_ghost: the forces of contact and of ghost stabilisation at the end of the last step;
+    are renewed.
     """
     conditions, constraints = step.conditions, step.constraints
     carried = constraints.after(equilibrium.displacement)
@@ -155,7 +162,8 @@ def result_of(
         touching = -kept.at(balance.active)
     loading = [forces[each.name] for each in contacts if not each.is_between_bodies]
     acting = sum(loading, np.zeros_like(touching))
-    kept.keep(balance.active, acting, {each.name: of.normal for each, of in slipped})
+    kept.keep(balance.active, acting)
+    kept.normal = {each.name: of.normal for each, of in slipped}
     reaction_before = constraints.reaction_before(
         equilibrium.initial_reaction,
         conditions.constrained,
@@ -180,6 +188,8 @@ def result_of(
         friction_work=sum(of.friction for _, of in slipped),
         damping_work=sum(each.damping_work(equilibrium.displacement) for each in damped),
         integration_work=sum(each.integration_work(equilibrium.displacement) for each in inertia),
+        stabilisation_work=_stabilisation_work(balance, equilibrium.displacement, kept_ghost),
+        gap_work=sum(of.gaps for _, of in slipped),
         radiated_work=sum(each.radiated_work(equilibrium.displacement) for each in dashpots),
     )
     twice = balance.load_before + equilibrium.load + reaction_before + result.reaction
@@ -187,3 +197,26 @@ def result_of(
     work += sum(of.total for each, of in slipped if not each.is_between_bodies)
     forces |= {each.name: each.on_soil(equilibrium.displacement) for each in dashpots}
     return replace(result, forces=forces, work=work)
+
+
+def _stabilisation_work(balance: Balance, displacement: Floats, kept: KeptForce) -> float:
+    """Returns the work that ghost stabilisation takes in a step [force length], with its mass.
+
+    By the trapezoidal rule. The points carry neither the ghost mass's acceleration nor its kinetic
+    energy to the next step: in place of the work of its force at the end stands that energy.
+
+    kept: its internal force at the end of the last step; is renewed.
+    """
+    ghosts = [term for term in balance.terms if term.role is Role.STABILISATION]
+    zero = np.zeros_like(displacement)
+    before = sum((each.force(zero) for each in ghosts), zero)
+    if len(kept.key) > 0:  # else there was none, or another stage
+        before = kept.at(balance.active)
+    after = sum((each.force(displacement) for each in ghosts), zero)
+    work = 0.5 * balance.active.work(before + after, displacement)
+    for term in balance.terms:
+        if isinstance(term, AssembledInertia):
+            work += term.ghost_energy(displacement)
+            after = after + term.ghost_force(displacement)
+    kept.keep(balance.active, after)
+    return work

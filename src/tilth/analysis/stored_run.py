@@ -71,6 +71,8 @@ class EnergySums(_Plain):
     damping: _Energy
     radiated: _Energy
     integration: _Energy
+    stabilisation: _Energy
+    gaps: _Energy
 
 
 class EarlierOutputs(_Plain):

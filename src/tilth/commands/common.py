@@ -3,12 +3,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import click
 
-from tilth.errors import BadInput, Interrupted, visible
+from tilth.errors import AnalysisFailed, BadInput, Interrupted, visible
 from tilth.input_files import absolute
 
 CASE = click.argument("case", metavar="CASE.toml", type=click.Path(path_type=Path))
@@ -65,6 +65,22 @@ def where(folder: Path, finished: bool) -> str:
     """Returns the line that says where the results are, and how to go on if not finished."""
     line = f"results in {folder}"
     return visible(line if finished else f"{line}; continue with: tilth resume {folder}")
+
+
+def require_decided(undecided: Mapping[str, str]) -> None:
+    """Checks that no factor of safety of a stage is undecided; the run itself is complete.
+
+    undecided: what is certain of those that are, by the stages' names.
+
+    Raises:
+        AnalysisFailed: one is.
+    """
+    if undecided:
+        from tilth.output.safety_files import TO_DECIDE
+
+        found = (f"in the stage {name!r}: {certain}" for name, certain in undecided.items())
+        what = "the factor of safety is undecided"
+        raise AnalysisFailed(f"{what} {'; and '.join(found)}", TO_DECIDE)
 
 
 def interrupted(folder: Path) -> Interrupted:

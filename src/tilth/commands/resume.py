@@ -15,6 +15,7 @@ from tilth.commands.common import (
     THREADS,
     UNTIL,
     interrupted,
+    require_decided,
     say_what_runs,
     where,
 )
@@ -51,3 +52,4 @@ def resume(
     if not quiet:
         with suppress(BrokenPipeError):  # the run is done, whoever reads of it
             click.echo(where(folder, result.finished))
+    require_decided(result.undecided)

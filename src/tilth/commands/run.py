@@ -17,6 +17,7 @@ from tilth.commands.common import (
     UNTIL,
     folder_of_results,
     interrupted,
+    require_decided,
     say_what_runs,
     where,
 )
@@ -91,3 +92,4 @@ def run(
     if not quiet:
         with suppress(BrokenPipeError):  # the run is done, whoever reads of it
             click.echo(where(folder, result.finished))
+    require_decided(result.undecided)

@@ -25,6 +25,10 @@ from tilth.curves.chain import Chain, turning_angle
 # Turning angle of round-off [rad]; a run of points this straight is treated as a circle's arc.
 STRAIGHT_ANGLE = 1e-15
 
+# Curvatures on either side over that of the point below which both are alike: between two straight
+# runs the ratio of their round-off would decide. Beside a curved run its square is round-off.
+STRAIGHT_RUNS = 1e-7
+
 
 def tangents(chain: Chain) -> tuple[Floats, Floats]:
     """Returns unit tangents at the start and at the end of each chord, shape (chords, 2) each.
@@ -41,8 +45,10 @@ def tangents(chain: Chain) -> tuple[Floats, Floats]:
     curvature = 2.0 * angle / (before + length)
     inner = ~chain.ends
     mirrored = _mirror(curvature, length, inner)
-    weight_before = before * _relative_curvature(curvature, length, inner)
-    weight_after = length * _relative_curvature(*mirrored)[::-1]
+    one = _relative_curvature(curvature, length, inner)
+    other = _relative_curvature(*mirrored)[::-1]
+    least = STRAIGHT_RUNS**2 / (one + other + STRAIGHT_RUNS)
+    weight_before, weight_after = before * (one + least), length * (other + least)
     fraction = weight_before / (weight_before + weight_after)
     to_start = np.where(inner, (1.0 - fraction) * angle, _at_end(curvature, length, inner))
     to_end = np.where(inner, fraction * angle, _at_end(*mirrored)[::-1])

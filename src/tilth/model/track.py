@@ -43,6 +43,8 @@ EnergyKind = Literal[
     "radiation",
     "numerical_dissipation",
     "time_integration",
+    "stabilisation",
+    "contact_gaps",
 ]
 
 _AXES = ("x", "y", "z")
@@ -133,6 +135,7 @@ class Track(Declared):
     | enclosed | `body`: area, in 3D volume, enclosed by its closed tracked surface |
     | state | `variable`: a state variable of the material, by name; `at`; optional `body` |
     | energy | `kind` "elastic", "external_work", "plastic_dissipation", "friction_dissipation", \
+ "stabilisation", "contact_gaps", \
  with inertia or relaxation "kinetic", "damping_dissipation", "radiation", \
  "numerical_dissipation", "time_integration" |
 
@@ -169,8 +172,9 @@ class Track(Declared):
     points that fly ahead do not count; all if not given."""
     kind: EnergyKind | None = None
     """Kind of energy [force length]. "numerical_dissipation", with inertia or relaxation, is what
-    of the work and of the energy at the start is in none of the others; "time_integration" is what
-    of it the time integration takes, by its own formula."""
+    of the work and of the energy at the start is in none of the others; "time_integration",
+    "stabilisation" and "contact_gaps" are what of it the time integration, ghost stabilisation and
+    contact that closes or opens take, by their own formulas."""
     variable: Name | None = None
     """State variable: `plastic_strain`, or one of the material's own."""
     scale: Real = 1.0

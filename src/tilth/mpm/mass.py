@@ -50,7 +50,7 @@ class ConsistentMass:
         faces: Sequence[tuple[Elements, Floats, Shorts, Floats]] = (),
     ) -> None:
         points = soil.points
-        self._soil, self._mass = soil, mass
+        self._soil, self._mass, self._has_ghost = soil, mass, len(faces) > 0
         self.blocks: Floats = np.zeros(len(pattern.column))
         for body, stencil, (start, position) in zip(
             points.bodies, soil.active.stencils, pattern.block_positions, strict=True
@@ -68,6 +68,13 @@ class ConsistentMass:
         pattern = self._pattern
         _core.symmetric_product(pattern.row_start, pattern.column, self.blocks, nodal, product)
         return product
+
+    def ghost_times(self, nodal: Floats) -> Floats:
+        """Returns the ghost mass times a nodal vector, shape (nodes, dim)."""
+        if not self._has_ghost:
+            return np.zeros_like(nodal)
+        of_points = self._soil.scatter(self._mass[:, None] * self._soil.interpolate(nodal))
+        return self.times(nodal) - of_points
 
     def lumped(self, momentum: Floats) -> Floats:
         """Returns the nodal field of a momentum with the lumped mass of the points, (nodes, k).

@@ -13,7 +13,8 @@ and the elastic parts, and with them the pressures, change alike within a cell. 
 cell is zero.
 
 k is fixed during Newton's iteration and revised at its solutions, with Anderson's acceleration
-(1965), until the equilibrium belongs to it.
+(1965), until the equilibrium belongs to it. That is done in strength reduction, which asks for a
+limit; steps of a run are smaller, and less of them is lost (docs/decisions/0044-own-plastic-volume.md).
 """
 
 from __future__ import annotations
@@ -31,11 +32,11 @@ from tilth.mpm.points import MaterialPoints, PointRange
 LAWS = ("mohr_coulomb", "drucker_prager")
 """Laws whose plastic volume change follows from the shear."""
 
-SETTLED = 1e-2
-"""Greatest change of k over the mean elastic volumetric strain with which it is settled [-]."""
+SETTLED = 1e-3
+"""Mean change of k over the mean elastic volumetric strain with which it is settled [-]."""
 
 RELAXATION = 1.3
-"""Factor of the differences: with friction and dilation a revision alone leaves 0.3 to 0.5 of them."""
+"""Factor of the changes: a plain revision leaves 0.3 to 0.5 of them."""
 
 REMEMBERED = 5
 """Revisions from which the next one is extrapolated."""
@@ -94,8 +95,8 @@ class PlasticVolumes:
             plastic_strain: equivalent plastic strain in the step [-], shape (n,).
 
         Returns:
-            Greatest change over the mean elastic volumetric strain and `SETTLED`: at most 1 if they
-            are settled, and have not been changed.
+            Mean change over the mean elastic volumetric strain and `SETTLED`, by volume: at most 1
+            if they are settled, and have not been changed.
         """
         if not self._bodies:
             return 0.0
@@ -108,15 +109,14 @@ class PlasticVolumes:
             flow[plastic_strain[s] == 0.0] = 0.0
             change[s] = centres.differences(flow, self._points.volume[s]) - self.difference[s]
         own = slice(None) if self._own is None else self._own
-        size = self._comm.max(float(np.abs(change[own]).max(initial=0.0)))
-        mean = self._comm.sum(float(np.abs(after[own]).sum())) / self._comm.sum(
-            float(len(after[own]))
-        )
-        if size <= SETTLED * mean:
-            return size / (SETTLED * mean) if mean > 0.0 else 0.0
+        weight = self._points.volume[own]
+        size = self._comm.sum(float(weight @ np.abs(change[own])))
+        most = SETTLED * self._comm.sum(float(weight @ np.abs(after[own])))
+        if size <= most:
+            return size / most if most > 0.0 else 0.0
         self._tried = [*self._tried[-REMEMBERED:], (self.difference, change)]
         self.difference = self._extrapolated(own)
-        return size / (SETTLED * mean)
+        return size / most if most > 0.0 else np.inf
 
     def _extrapolated(self, own: Flags | slice) -> Floats:
         """Returns the differences at which the changes would vanish, were they linear in them."""

@@ -140,8 +140,10 @@ class Soil:
         """Begins anew with the revisions of plastic volume changes."""
         self._plastic_volumes.restart()
 
-    def revise(self) -> float:
+    def refine(self) -> float:
         """Revises the plastic volume changes of points with F-bar by the trial state.
+
+        Only where the trial state does not become that of the points.
 
         Returns:
             How far they are from settled; at most 1 if they are, see `PlasticVolumes.revise`.
@@ -309,9 +311,8 @@ class Soil:
         """Updates the assumed Jacobian and the Cauchy stress of a body with F-bar."""
         body = self.points.bodies[number]
         s = slice(body.start, body.stop)
-        own_change = np.exp(self._plastic_volumes.difference[s])
-        self.points.assumed_jacobian[s] *= centres.jacobian * own_change
-        self.points.stress[s] *= (centres.jacobian_ratio / own_change)[:, None]
+        self.points.assumed_jacobian[s] *= centres.jacobian
+        self.points.stress[s] *= centres.jacobian_ratio[:, None]
         self._smooth_volumetric_strains(number, centres)
 
     def _smooth_volumetric_strains(self, number: int, centres: Centres) -> None:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, NamedTuple, get_args
+from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
 from tilth.errors import BadInput
 from tilth.input_files import require_file
@@ -19,9 +19,15 @@ from tilth.output.disk import writing
 from tilth.output.files import RESTORE, write_durably
 from tilth.output.folder import SafetyFiles, safety_files
 
+if TYPE_CHECKING:
+    from tilth.model import Model
+
 EQUILIBRIUM, COLLAPSE, UNDECIDED, DEFERRED = "equilibrium", "collapse", "undecided", "deferred"
 OUTCOMES = (EQUILIBRIUM, COLLAPSE, UNDECIDED, DEFERRED)
 """What a trial showed; a deferred one began too far below to show anything."""
+
+TO_DECIDE = "smaller cells, a small cohesion or a wider tolerance may decide it"
+"""Remedy where a factor is undecided."""
 
 
 class StoredTrial(NamedTuple):
@@ -136,6 +142,20 @@ def read_safety(folder: Path, index: int | None = None) -> SafetySummary:
     except (OSError, ValueError, TypeError, KeyError, RecursionError) as error:
         raise BadInput(f"{file} cannot be read: {error}", RESTORE) from error
     return summary
+
+
+def undecided_factors(model: Model, folder: Path) -> dict[str, str]:
+    """Returns what is certain of each factor of a stage that is undecided, by the stage's name.
+
+    Of those in the folder of a run of the model; raises `BadInput` as `read_safety`.
+    """
+    found = {}
+    for index, stage in (each for one in model.of_stages for each in one.stage.reductions):
+        if (folder / safety_files(index).summary).exists():
+            summary = read_safety(folder, index)
+            if not summary.is_decided:
+                found[stage.name] = summary.bracket
+    return found
 
 
 def _trial(factor: Any, moved: Any, iterations: Any, outcome: Any, reason: Any) -> StoredTrial:

@@ -18,7 +18,7 @@ from tilth.report.texts import AS_IT_IS
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-WORK, NUMERICAL, INTEGRATION = "external_work", "numerical_dissipation", "time_integration"
+WORK, NUMERICAL = "external_work", "numerical_dissipation"
 _STYLES = {
     "kinetic": ("kinetic", "#c1121f", "-"),
     "elastic": ("elastic", "#1d3557", "-"),
@@ -30,7 +30,13 @@ _STYLES = {
 }
 """Name, colour and line of each kind of energy."""
 
-_OF_INTEGRATION = "of the time integration"
+_STATED = {
+    "time_integration": ("of the time integration", "#222222", ":"),
+    "stabilisation": ("of ghost stabilisation", "#2a6f4e", "-."),
+    "contact_gaps": ("of contact that closes or opens", "#6a4c93", "--"),
+}
+"""The same of what is numerical, of each kind that has a formula of its own."""
+
 _LEAST = 1e-12
 """Share of the greatest energy below which a kind is left out."""
 _WIDTH = 4.2
@@ -84,9 +90,10 @@ def draw_energies(
     greatest = _greatest(energies)
     share = 100.0 * energies[NUMERICAL] / greatest
     right.plot(time, share, color=_STYLES[NUMERICAL][1], linewidth=1.3, label="all")
-    if INTEGRATION in energies:  # older runs do not have it
-        part = 100.0 * energies[INTEGRATION] / greatest
-        right.plot(time, part, color="#222222", linestyle=":", linewidth=1.3, label=_OF_INTEGRATION)
+    for kind in _stated(energies):
+        label, colour, line = _STATED[kind]
+        part = 100.0 * energies[kind] / greatest
+        right.plot(time, part, color=colour, linestyle=line, linewidth=1.3, label=label)
         right.legend(fontsize=7, framealpha=0.9)
     right.set_ylabel("numerical, % of the greatest energy", fontsize=9)
     for axes in (left, right):
@@ -97,6 +104,12 @@ def draw_energies(
         axes.grid(color="0.9", linewidth=0.6)
         axes.set_axisbelow(True)
     return figure
+
+
+def _stated(energies: Mapping[str, Floats]) -> list[str]:
+    """Returns the kinds of what is numerical that are not negligible; older runs lack some."""
+    least = _LEAST * _greatest(energies)
+    return [k for k in _STATED if k in energies and float(np.abs(energies[k]).max()) > least]
 
 
 def _greatest(energies: Mapping[str, Floats]) -> float:
@@ -116,8 +129,8 @@ def energy_table(table: Mapping[str, Floats]) -> str:
     parts = _parts(energies)
     rows += [(_STYLES[kind][0], values[-1]) for kind, values in parts.items()]
     rows.append(("sum", sum(float(energies[kind][-1]) for kind in _STYLES)))
-    if INTEGRATION in energies:
-        rows.append((f"of what is numerical, that {_OF_INTEGRATION}", energies[INTEGRATION][-1]))
+    stated = {f"of what is numerical, that {_STATED[k][0]}": energies[k] for k in _stated(energies)}
+    rows += [(name, values[-1]) for name, values in stated.items()]
     body = "".join(
         f"<tr><th>{escape(name)}</th><td>{value:.5g}</td><td>{100.0 * value / greatest:.3g} %</td>"
         "</tr>"

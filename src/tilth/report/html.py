@@ -186,8 +186,9 @@ def _energies(folder: Path, time_unit: str, stages: Sequence[Span]) -> str:
 
 
 _ABOUT_ENERGIES = """The energy at the start and the work of loads and boundaries since then is the
-sum of the other parts; what is numerical is what is in none of them: what the time integration
-takes, by its own formula, and the error of the balance. Where waves come in through an absorbing
+sum of the other parts; what is numerical is what is in none of them: what the time integration,
+ghost stabilisation and contact that closes or opens take, by their own formulas, and the error of
+the balance. Where waves come in through an absorbing
 boundary, less than nothing may have left. The numbers, one row per step, are in energies.csv."""
 
 

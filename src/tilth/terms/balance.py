@@ -155,6 +155,10 @@ class Balance:
         changed = [term.revise(displacement) for term in self.terms]
         return self.comm.max(float(any(changed))) > 0.0
 
+    def refine(self, displacement: Floats) -> float:
+        """Makes terms more exact at a solution; returns how much, see `AssembledTerm.refine`."""
+        return self.comm.max(max(term.refine(displacement) for term in self.terms))
+
     def require_acceptable(self, displacement: Floats) -> None:
         """Checks that all terms can commit a converged step; changes nothing.
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Holds the weight of soil without cohesion in partly filled cells (docs/decisions/0043-...).
+"""Holds the weight of soil without cohesion in partly filled cells (docs/decisions/0043-sand-at-edges.md).
 
 A node that only a sliver of soil reaches is in equilibrium by the stress of few points. Friction
 alone bears the sliver's weight only in few directions, so that soil without cohesion has no
@@ -10,7 +10,7 @@ beyond a share of the cell's own weight:
     t = M j / h / sqrt(1 + (j / j_0)^2),   M = W (1 - f) rho b h,   j_0 = a f h / W,
 
 with the kink j, the jump of the normal derivative times the mean size h of the two cells, the
-filled fraction f of the emptier one and its unit weight rho b. So t stays below a f (1 - f) rho b h,
+filled fraction f of the emptier one, its unit weight rho b. So t stays below a f (1 - f) rho b h,
 a share of the cell's weight over its face: enough to hold a sliver, and little beside soil that
 slides. The forces on the nodes of a face have no resultant and no moment, and vanish with h.
 """
@@ -30,7 +30,7 @@ from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.keys import find_keys
 from tilth.mpm.pattern import Elements, same_starts
 from tilth.terms.ghost import DECAY_MOTION, Faces
-from tilth.terms.protocol import AssembledTerm, NodeLists, Term
+from tilth.terms.protocol import AssembledTerm, NodeLists, Role, Term
 from tilth.terms.unheld_weight import STIFFNESS
 
 SHARE = 0.3
@@ -151,6 +151,8 @@ class SupportForces(Term):
 
 
 class _AssembledSupport(AssembledTerm):
+    role = Role.STABILISATION
+
     def __init__(self, term: SupportForces, parts: list[tuple[_Part, Elements]]) -> None:
         self._term, self._parts = term, parts
 

@@ -325,6 +325,18 @@ class AssembledInertia(AssembledTerm):
         kinetic = self._pattern.work(change, after.velocity + before.velocity)
         return 0.5 * (self._pattern.work(force, displacement) - kinetic)
 
+    def ghost_force(self, displacement: Floats) -> Floats:
+        """Returns the force of the ghost mass at the end of the step [force], (nodes, dim)."""
+        return self._mass.ghost_times(self.after(displacement).acceleration)
+
+    def ghost_energy(self, displacement: Floats) -> float:
+        """Returns the ghost mass's kinetic energy of the change of the velocity [force length].
+
+        The points, which carry the motion, do not get it.
+        """
+        change = self.after(displacement).velocity - self.before.velocity
+        return 0.5 * self._pattern.work(self._mass.ghost_times(change), change)
+
     def commit(self, displacement: Floats) -> None:
         """As `AssembledTerm.commit`: the points get the nodes' velocities or their increments.
 

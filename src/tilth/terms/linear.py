@@ -14,7 +14,7 @@ from tilth import _core
 from tilth.arrays import Flags, Floats, Integers
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.pattern import Elements, same_starts
-from tilth.terms.protocol import AssembledTerm, NodeLists, Term
+from tilth.terms.protocol import AssembledTerm, NodeLists, Role, Term
 
 
 class LinearElements(Protocol):
@@ -128,6 +128,7 @@ class LinearForces(Term):
         constant: additional force independent of the displacement [force], shape (nodes, dim).
         supported: see `Term.supported_nodes`.
         commit: see `AssembledTerm.commit`; nothing if not given.
+        role: see `AssembledTerm`.
     """
 
     def __init__(
@@ -136,11 +137,12 @@ class LinearForces(Term):
         constant: Floats | None = None,
         supported: Flags | None = None,
         commit: Callable[[Floats], None] = lambda displacement: None,
+        role: Role = Role.OTHER,
     ) -> None:
         self._couplings = couplings
         self._constant = constant
         self._supported = supported
-        self._commit = commit
+        self._commit, self._role = commit, role
 
     @property
     def coupled(self) -> list[NodeLists]:
@@ -157,7 +159,7 @@ class LinearForces(Term):
         constant = np.zeros((active.nodes, active.grid.dim))
         if self._constant is not None:
             constant += self._constant
-        return AssembledLinearForces(parts, constant, self._commit)
+        return AssembledLinearForces(parts, constant, self._commit, self._role)
 
 
 class AssembledLinearForces(AssembledTerm):
@@ -166,7 +168,7 @@ class AssembledLinearForces(AssembledTerm):
     Args:
         parts: couplings, each with the positions of its blocks in the matrix.
         constant: see `LinearForces`; the couplings' constant forces are added in place.
-        commit: see `LinearForces`.
+        commit, role: see `LinearForces`.
 
     Attributes:
         constant: force at zero displacement [force], shape (nodes, dim).
@@ -177,9 +179,11 @@ class AssembledLinearForces(AssembledTerm):
         parts: Sequence[tuple[LinearElements, Elements]],
         constant: Floats,
         commit: Callable[[Floats], None] = lambda displacement: None,
+        role: Role = Role.OTHER,
     ) -> None:
         self._parts = parts
         self._commit = commit
+        self.role = role
         self.constant = constant
         for coupling, elements in parts:
             _core.add_element_forces(elements, coupling.force, constant)

@@ -33,11 +33,12 @@ NodeLists = tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]]
 
 
 class Role(Enum):
-    """The sum of forces, for the scale of the residual, to which a term belongs."""
+    """The sum of forces, for the scale of the residual and for the energies, that a term is of."""
 
     SOIL = auto()
     LOAD = auto()
     INERTIA = auto()
+    STABILISATION = auto()
     OTHER = auto()
 
 
@@ -81,6 +82,8 @@ class AssembledTerm(ABC):
     def restart(self, changes: Changes) -> None:  # noqa: B027
         """Undoes what `adapt` and `revise` changed, before the step is solved once more.
 
+        What `refine` changed stays, as a better start.
+
         changes: how it changes in this attempt.
         """
 
@@ -107,6 +110,17 @@ class AssembledTerm(ABC):
             StepFailed: it does not settle.
         """
         return False
+
+    def refine(self, displacement: Floats) -> float:
+        """Makes the term more exact at a solution, where the iteration asks for it.
+
+        At the displacement of the last call of `force`.
+
+        Returns:
+            How much it changed; at most 1 if it did not, because it is exact enough. Else the
+            balance must be solved again.
+        """
+        return 0.0
 
     def require_acceptable(self, displacement: Floats) -> None:  # noqa: B027
         """Checks that the displacement of a converged step can be committed; changes nothing.

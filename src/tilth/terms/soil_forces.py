@@ -6,15 +6,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tilth.arrays import Flags, Floats
-from tilth.errors import StepFailed
 from tilth.mpm.domains import MovedDomains
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.pattern import Elements
 from tilth.mpm.soil import Soil
 from tilth.terms.protocol import AssembledTerm, Changes, Role, Term
-
-MOST_REVISIONS = 25
-"""Revisions of plastic volume changes in a step, at most."""
 
 
 class SoilForces(Term):
@@ -34,7 +30,6 @@ class _SoilForces(AssembledTerm):
     def __init__(self, soil: Soil, active: ActiveGrid) -> None:
         self._soil, self._pattern = soil, active
         self._domains: MovedDomains = {}
-        self._revisions = 0
 
     def force(self, displacement: Floats) -> Floats:
         self._soil.update(displacement)
@@ -45,15 +40,9 @@ class _SoilForces(AssembledTerm):
 
     def restart(self, changes: Changes) -> None:
         self._soil.restart()
-        self._revisions = 0
 
-    def revise(self, displacement: Floats) -> bool:
-        if self._soil.revise() <= 1.0:
-            return False
-        self._revisions += 1
-        if self._revisions > MOST_REVISIONS:
-            raise StepFailed("the plastic volume changes of the points do not settle")
-        return True
+    def refine(self, displacement: Floats) -> float:
+        return self._soil.refine()
 
     def require_acceptable(self, displacement: Floats) -> None:
         self._domains = self._soil.moved_domains(displacement)

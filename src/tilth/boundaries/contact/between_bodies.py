@@ -290,19 +290,27 @@ def _faces(
 ) -> Flags:
     """Returns which surface points face the surface of the body `name`, shape (n,).
 
-    They do where their normal and the gradient of this body's volume on the grid, which points into
-    the body, are at an angle of at most 78 degrees; at the edges of that body it may be large.
-    Without this a side of the first body, at an edge that has sunk in by a trifle, would touch the
-    steps between the second body's domains.
+    They do where their normal and the direction into this body are at an angle of at most 78
+    degrees; at the edges of that body it may be large. The direction at x is
+
+        sum_n N_n(x) sum_p S_n(x_p) V_p (x_p - x),
+
+    which vanishes within the body, and along its surface, however thin it is. Without this a side
+    of the first body, at an edge that has sunk in by a trifle, would touch the steps between the
+    second body's domains.
     """
-    volume = np.zeros((active.nodes, 1))
+    moment = np.zeros((active.nodes, 1 + normal.shape[1]))
     for body, stencil in zip(points.bodies, active.stencils, strict=True):
         if body.name == name:
             part = points.part(body)
-            _core.scatter(stencil, part.volume[:, None], volume)
-    gradient = np.einsum("nki,nk->ni", at.gradient, volume[at.node[at.cell], 0])
-    length = np.linalg.norm(gradient, axis=1)
-    return np.asarray(np.einsum("ni,ni->n", normal, gradient) >= LEAST_COSINE * length)
+            volume = part.volume[:, None]
+            _core.scatter(stencil, np.hstack([volume, volume * part.position]), moment)
+    nodes = at.node[at.cell]
+    volume, first = moment[nodes, 0, None], moment[nodes, 1:]
+    place = at.interpolate(active.position)
+    into = np.einsum("nk,nki->ni", at.value, first - volume * place[:, None])
+    length = np.linalg.norm(into, axis=1)
+    return np.asarray(np.einsum("ni,ni->n", normal, into) >= LEAST_COSINE * length)
 
 
 def _pose(position: Floats, normal: Floats, weight: Floats, holds_along: bool) -> Pose:

@@ -180,6 +180,8 @@ class Supports:
     Args:
         part: the points, with the multiplier of each.
         nodes: number of nodes of the grid.
+        still: whether what is in contact at the start keeps its gaps: the step is only to give the
+            accelerations at the start, and a gap closed in it would be one of them.
 
     Attributes:
         active: which points take part, shape (n,).
@@ -206,8 +208,8 @@ class Supports:
     node_start: Integers
     node: npt.NDArray[np.int32]
 
-    def __init__(self, part: ContactConstraint, nodes: int) -> None:
-        self.part = part
+    def __init__(self, part: ContactConstraint, nodes: int, still: bool = False) -> None:
+        self.part, self._still = part, still
         owner, normal = part.owner, part.pose.normal
         self.count = int(owner.max(initial=-1)) + 1
         self.frame = frames(normal, part.pose.weight, owner, self.count)
@@ -303,6 +305,8 @@ class Supports:
                 value = (self.weight * self.frame[a, :, j])[part.trace.place] * part.trace.value
                 self.row[a, :, j] = np.bincount(self._entry, value, minlength=len(self.node))
         self.gap = self._sum(self.first_gap) / self._divisor
+        if self._still:
+            self.gap[part.owner[part.touch.closed]] = 0.0
         self.before = self.mean(part.before)
         soft = np.stack([self._sum(1.0 / each) for each in part.stiffness.T], axis=1)
         self.stiffness = self._divisor[:, None] / np.where(soft > 0.0, soft, 1.0)

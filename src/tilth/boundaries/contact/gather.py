@@ -163,7 +163,7 @@ def find_contacts(
         measured = measure(parts, measure_gap_at, places)
         smooth = None
         if surface.has_inertia:
-            smooth = smoothness(parts.position, parts.normal, measured.gap, surface.cell)
+            smooth = smoothness(parts.position, parts.normal, measured.gap, active.grid)
         cells, chosen, touch = near_cells(surface, parts, measured, points, active, places, smooth)
         if len(chosen) == 0:
             continue

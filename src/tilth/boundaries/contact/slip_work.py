@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The work of contact's tractions on slips: what friction takes of a body's work."""
+"""The work of contact's tractions on slips and gaps: a body's work that is not on the soil."""
 
 from __future__ import annotations
 
@@ -13,24 +13,27 @@ from tilth.boundaries.contact.law import ContactResponse
 
 @dataclass(frozen=True)
 class SlipWork:
-    """Work of the tractions of a surface on slips in a step [force length].
+    """Work of the tractions of a surface on slips and gaps in a step [force length].
 
     Attributes:
-        total: work of the surface, its force times its own motion, less that on the soil: of the
-            shear tractions on the slips, for what is in contact has no gap.
-        friction: what friction dissipates of it.
+        total: work of the surface, its force times its own motion, less that on the soil.
+        friction: what friction dissipates of it, by the slips.
+        gaps: what the normal tractions take of it where gaps close or open in the step: of soil
+            that comes into contact or leaves it, and of gaps that points carry in contact, whose
+            mean over a support is not zero as soon as the supports are others.
         normal: integral of the normal traction over the surface at the end [force], tension > 0.
     """
 
     total: float
     friction: float
+    gaps: float
     normal: float
 
 
 def slip_work(
     parts: Sequence[tuple[Supports, Floats, ContactResponse]], normal_before: float | None
 ) -> SlipWork:
-    """Returns the work of the shear tractions on slips in the step.
+    """Returns the work of the tractions on slips and gaps in the step.
 
     By the trapezoidal rule, as all other work. What slides has its shear strength from the start of
     the step on, whatever traction it had while it stuck or slid another way.
@@ -43,14 +46,16 @@ def slip_work(
     """
     carried = sum(float(support.area @ support.before[:, 0]) for support, _, _ in parts)
     scale = 1.0 if normal_before is None or carried == 0.0 else normal_before / carried
-    total = friction = normal = 0.0
+    total = friction = gaps = normal = 0.0
     for support, end, response in parts:
         before, sliding = scale * support.before, response.sliding
         strength = support.law.strength(-before[:, 0])[0]
         before[sliding, 1:] = strength[sliding, None] * response.slip[sliding]
-        mean = 0.5 * (before + response.traction)[:, 1:]
-        work = support.area * (mean * end[:, 1:]).sum(axis=1)
-        total += float(work.sum())
+        mean = 0.5 * (before + response.traction)
+        work = support.area * (mean[:, 1:] * end[:, 1:]).sum(axis=1)
+        closing = float((support.area * mean[:, 0]) @ (end[:, 0] - support.gap))
+        total += float(work.sum()) + closing
         friction += float(work[sliding | ~response.closed].sum())
+        gaps += closing
         normal += float(support.area @ response.traction[:, 0])
-    return SlipWork(total, friction, normal)
+    return SlipWork(total, friction, gaps, normal)

@@ -14,15 +14,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from tilth.arrays import Floats, Integers
+from tilth.mpm.grid import Grid
 
 SMOOTH = 2e-3
 """Scatter in cells up to which the soil's normal is used; from twice of it on it is not."""
 
 MARGIN = 4.0
 """Height of a stair-case over the scatter of gaps: gaps are known to a half of it."""
-
-WIDTH = 1.0
-"""Edge of the cubes, in cells, in each of which the points are fitted by one surface."""
 
 
 @dataclass(frozen=True)
@@ -57,18 +55,21 @@ class Smoothness:
         return np.asarray(found / np.linalg.norm(found, axis=1)[:, None])
 
 
-def smoothness(position: Floats, normal: Floats, gap: Floats, cell: float) -> Smoothness:
+def smoothness(position: Floats, normal: Floats, gap: Floats, grid: Grid) -> Smoothness:
     """Returns scatter and normals of the soil's surface from measured gaps.
+
+    The points in each cell are fitted by one surface.
 
     Args:
         position: of the body's points [length], shape (n, dim).
         normal: unit normals of the body, into the soil, shape (n, dim).
         gap: [length], shape (n,); infinite where there is no soil.
-        cell: the smallest edge of a cell [length].
+        grid: the background grid.
     """
+    cell = float(grid.cell_size.min())
     scatter, found = np.full(len(gap), np.inf), normal.copy()
-    cube = np.floor(position / (WIDTH * cell)).astype(np.int64)
-    group = np.unique(cube, axis=0, return_inverse=True)[1].ravel()
+    cells = np.floor(grid.in_cells(position)).astype(np.int64)
+    group = np.unique(cells, axis=0, return_inverse=True)[1].ravel()
     group[~np.isfinite(gap)] = -1
     for number in np.unique(group[group >= 0]):
         own = np.flatnonzero(group == number)

@@ -25,6 +25,7 @@ class ContactForces(Term):
         force: Young's modulus times a cell's face [force; in axisymmetry force/length], for the
             scale of the springs that hold free bodies.
         nodes: number of nodes of the grid.
+        still: see `Supports`.
     """
 
     def __init__(
@@ -35,10 +36,11 @@ class ContactForces(Term):
         after: float,
         force: float,
         nodes: int,
+        still: bool = False,
     ) -> None:
         self._name, self._body, self._after = name, body, after
         self._force = force
-        self._supports = [Supports(part, nodes) for part in parts]
+        self._supports = [Supports(part, nodes, still) for part in parts]
 
     @property
     def coupled(self) -> list[NodeLists]:
@@ -58,6 +60,7 @@ def contact_terms(
     after: float,
     force: float,
     nodes: int,
+    still: bool = False,
 ) -> list[ContactForces]:
     """Returns the terms of all rigid bodies, and of the boundaries with contact near soil.
 
@@ -71,9 +74,9 @@ def contact_terms(
         own = [part for part in contacts if part.boundary.body is body]
         if not own and body.falls_along(after) is not None:
             raise StepFailed(f"no soil is near the rigid body {body.name!r} to hold it")
-        terms.append(ContactForces(body.name, own, body, after, force, nodes))
+        terms.append(ContactForces(body.name, own, body, after, force, nodes, still))
     terms += [
-        ContactForces(part.boundary.name, [part], None, after, force, nodes)
+        ContactForces(part.boundary.name, [part], None, after, force, nodes, still)
         for part in contacts
         if part.boundary.body is None
     ]
