@@ -123,7 +123,7 @@ class SpencerSlope:
         )
 
     def with_davis(self, dilation_angle: float, factor: float) -> SpencerSlope:
-        """Returns the slope with Davis' strength, form B: of the angles reduced by a factor.
+        """Returns the slope with Davis' strength, form C: of a friction angle reduced by a factor.
 
         c and tan(phi) times cos(psi) cos(phi) / (1 - sin(psi) sin(phi)), with the reduced friction
         angle phi and the dilation angle psi, at most phi.
