@@ -17,7 +17,8 @@ SAFE = 0.9
 """Angle of a slope over the angle of repose without change of volume (Davis 1968), at most."""
 KINDS = ("heap", "slope", "layers", "footing", "wall", "pipe")
 BASES = ("linear", "gimp", "cpdi1", "cpdi2")
-STEPS = 5
+STEPS, STILL_STEPS = 5, 10
+"""Load steps, and further ones in which nothing changes, or something is pushed."""
 
 
 @dataclass(frozen=True)
@@ -74,6 +75,7 @@ def sand_problem(seed: int) -> SandProblem:
             planes.append(_plane(name, point, normal, "roller"))
         down = [0.0, 0.0, -ACCELERATION]
         body = None if body is None else _footing_in_space(height, body["displacement"]["y"])
+    end = 1.0 + STILL_STEPS / STEPS if body is None else 2.0
     entries: dict[str, Any] = {
         "analysis": {"kind": "3d" if in_space else "plane_strain", "tolerance": 1e-6},
         "grid": {"cell_size": cell, "origin": origin},
@@ -95,17 +97,17 @@ def sand_problem(seed: int) -> SandProblem:
         "loads": [
             {
                 "type": "body_force", "acceleration": down,
-                "factor": [[0.0, 0.0], [0.5, 1.0], [1.0, 1.0]],
+                "factor": [[0.0, 0.0], [1.0, 1.0], [end, 1.0]],
             }
         ],
-        "schedule": {"steps": 2 * STEPS},
+        "schedule": {"end": end, "steps": STEPS + (STILL_STEPS if body is None else STEPS)},
     }  # fmt: skip
     if body is not None:
         entries["rigid_bodies"] = [
             {
                 "name": "body", "contact": {"normal": "unilateral", "tangential": "rough"}, **body,
                 "centre": [0.0] * (3 if in_space else 2),
-                "factor": [[0.0, 0.0], [0.5, 0.0], [1.0, 1.0]],
+                "factor": [[0.0, 0.0], [1.0, 0.0], [end, 1.0]],
             }
         ]  # fmt: skip
     text = (

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import pytest
 from readings import long
-from sand_problems import STEPS, sand_problem
+from sand_problems import STEPS, STILL_STEPS, sand_problem
 
 from tilth import Model
 from tilth.analysis.simulation import Simulation
@@ -16,12 +16,13 @@ FEW, MANY = 18, 200
 """Problems in every run of the tests, and in the long ones."""
 KNOWN = {
     3: "cpdi1 in space without F-bar under a rough footing: an inverted point at 0.9 of its way",
-    190: "a wall that goes away by 0.1 of its height, standard MPM: no equilibrium at 0.6 of its way",
+    190: "a wall that goes away, standard MPM: no equilibrium at 0.6 of 0.1 of its height",
 }
 """Those that stop, and where."""
-DIES, STILL = 0.5, 1e-3
-"""Motion in the last step in which nothing changes over that in the first one, or over the whole
-motion: as in the metamorphic tests (docs/decisions/0042-metamorphic-tests.md)."""
+LET_GO, STILL = 0.01, 1e-4
+"""Motion in a step in which nothing changes, and in the last of ten, over the whole motion. Ghost
+stabilisation holds up to 3 % of the work (docs/decisions/0042-metamorphic-tests.md), and lets go of
+it where points begin to flow."""
 
 
 def ends(model: Model) -> list[float]:
@@ -44,6 +45,7 @@ def test_it_runs_to_its_end_and_stands(seed: int) -> None:
         pytest.xfail(KNOWN[seed])
     problem = sand_problem(seed)
     motions = ends(problem.model)
-    if not problem.model.rigid_bodies and len(motions) == 2 * STEPS:
+    if not problem.model.rigid_bodies and len(motions) == STEPS + STILL_STEPS:
         whole = sum(motions[:STEPS])
-        assert motions[-1] <= max(DIES * motions[STEPS], STILL * whole), problem.text
+        assert max(motions[STEPS:]) <= LET_GO * whole, problem.text
+        assert motions[-1] <= STILL * whole, problem.text
