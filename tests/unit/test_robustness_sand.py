@@ -3,13 +3,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
+import tomllib
 from readings import long
 from sand_problems import STEPS, STILL_STEPS, sand_problem
 
-from tilth import Model
+from tilth import Model, steps
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
+from tilth.mpm.initial_points import initial_points
+from tilth.templates import template
 from tilth.verification.march import march
 
 FEW, MANY = 18, 200
@@ -49,3 +54,16 @@ def test_it_runs_to_its_end_and_stands(seed: int) -> None:
         whole = sum(motions[:STEPS])
         assert max(motions[STEPS:]) <= LET_GO * whole, problem.text
         assert motions[-1] <= STILL * whole, problem.text
+
+
+@pytest.mark.parametrize("dilation_angle", [0.0, 5.0])
+def test_fill_without_cohesion_is_placed_and_stands(tmp_path: Path, dilation_angle: float) -> None:
+    """The two lifts of the template, of sand without stress at first; the base bears all weight."""
+    entries = tomllib.loads(template("embankment"))
+    entries["materials"]["fill"] |= {"cohesion": 0.0, "dilation_angle": dilation_angle}
+    model = Model.from_dict(entries)
+    weight = 9.81 * float(initial_points(model).mass.sum())
+    for step in steps(model, tmp_path):
+        base, finished = step.force("base"), step.finished
+    assert finished
+    assert base[1] == pytest.approx(weight, rel=1e-8)
