@@ -390,6 +390,8 @@ def _type(cls: type[Declared], key: str) -> str:
         return _choices(model.track.EnergyKind.__args__)
     if key == "quantity":
         return _choices(model.track.Quantity.__args__)
+    if key == "davis":
+        return _choices(model.davis.DavisForm.__args__)
     if key == "drainage":
         return _choices(model.element_tests.Drainage.__args__)
     if key == "panels":

@@ -13,6 +13,7 @@ from spencer import SpencerSlope
 
 from tilth import Model, StrengthReduction
 from tilth.analysis.safety import SafetyResult, strength_reduction
+from tilth.model.davis import DavisForm
 from tilth.verification.march import march
 
 HEIGHT, BASE, BEHIND, AHEAD = 5.0, -2.0, 9.0, 6.0
@@ -67,7 +68,7 @@ class SafetySlope:
         )
 
     def bounds(self) -> tuple[float, float]:
-        """Returns Davis' factor, form B, and Spencer's."""
+        """Returns Davis' factor, form C, that is B too if psi is 0, and Spencer's."""
         slope = self.spencer()
         entries, exits = (self.crest - 5.0, self.crest + 1.0), (-1.0, 3.0)
 
@@ -135,10 +136,12 @@ class SafetySlope:
         return Model.from_dict(entries)
 
 
-def reduced(slope: SafetySlope, cell_size: float, tolerance: float = 0.01) -> SafetyResult:
-    """Runs a slope and finds its factor of safety."""
+def reduced(
+    slope: SafetySlope, cell_size: float, tolerance: float = 0.01, davis: DavisForm | None = None
+) -> SafetyResult:
+    """Runs a slope and finds its factor of safety, or that of Davis' equivalent of a form."""
     model = slope.model(cell_size)
-    settings = StrengthReduction(tolerance=tolerance)
+    settings = StrengthReduction(tolerance=tolerance, davis=davis)
     return strength_reduction(march(model), model.schedule.end, settings)
 
 

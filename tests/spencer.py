@@ -101,10 +101,26 @@ class SpencerSlope:
         except ValueError:
             return math.inf
 
-    def least_factor(self, entries: tuple[float, float], exits: tuple[float, float]) -> float:
-        """Returns the least factor of all circles with x of entry and exit in these ranges."""
+    def thickness(self, start: float, end: float, depth: float) -> float:
+        """Returns the greatest height of soil over a circle; 0 if there is no such circle."""
+        slices = self._circle(start, end, depth)
+        return 0.0 if slices is None else float((slices[2] / slices[1]).max() / self.weight)
+
+    def least_factor(
+        self, entries: tuple[float, float], exits: tuple[float, float], thickness: float = 0.0
+    ) -> float:
+        """Returns the least factor of all circles with x of entry and exit in these ranges.
+
+        thickness: height of soil over the circle, at least.
+        """
+
+        def factor(start: float, end: float, depth: float) -> float:
+            if thickness > 0.0 and self.thickness(start, end, depth) < thickness:
+                return math.inf
+            return self.factor(start, end, depth)
+
         found = [
-            (self.factor(start, end, depth), (start, end, depth))
+            (factor(start, end, depth), (start, end, depth))
             for start in np.linspace(*entries, 8)
             for end in np.linspace(*exits, 6)
             for depth in (0.02, 0.05, 0.1, 0.15, 0.2, 0.3)
@@ -113,7 +129,7 @@ class SpencerSlope:
         def at(circle: Floats) -> float:
             start, end, depth = circle
             inside = entries[0] <= start <= entries[1] and exits[0] <= end <= exits[1]
-            return self.factor(start, end, depth) if inside and 0.005 < depth < 0.5 else math.inf
+            return factor(start, end, depth) if inside and 0.005 < depth < 0.5 else math.inf
 
         best = sorted(found)[:3]
         options = {"xatol": 1e-4, "fatol": 1e-5, "maxiter": 150}
@@ -123,7 +139,7 @@ class SpencerSlope:
         )
 
     def with_davis(self, dilation_angle: float, factor: float) -> SpencerSlope:
-        """Returns the slope with Davis' strength, form B: of the angles reduced by a factor.
+        """Returns the slope with Davis' strength, form C: of a friction angle reduced by a factor.
 
         c and tan(phi) times cos(psi) cos(phi) / (1 - sin(psi) sin(phi)), with the reduced friction
         angle phi and the dilation angle psi, at most phi.

@@ -42,7 +42,7 @@ def analysis(monkeypatch: pytest.MonkeyPatch) -> types.ModuleType:
         module.calls.append((arguments, options))
         if module.fails is not None:
             raise module.fails
-        return types.SimpleNamespace(finished=options["until"] is None)
+        return types.SimpleNamespace(finished=options["until"] is None, undecided={})
 
     module.run = module.resume = record
     monkeypatch.setitem(sys.modules, "tilth.analysis.run", module)

@@ -2,6 +2,7 @@
 """`tilth safety`: its files, what it prints, and its errors."""
 
 import csv
+import html
 import json
 import math
 from collections.abc import Callable
@@ -95,6 +96,24 @@ def test_safety_from_python(case: Case, tmp_path: Path) -> None:
         library.safety(tmp_path / "out", tmp_path / "other")
 
 
+@pytest.mark.slow
+def test_safety_of_an_equivalent(tilth: Tilth, case: Case, tmp_path: Path) -> None:
+    """Whose factor it is stands in all texts; soil of constant volume has the same factor."""
+    folder = tmp_path / "column"
+    assert tilth("safety", case(STRONGER), "--tolerance", "0.1", "--quiet").code == 0
+    itself = read_safety(folder)
+    done = tilth("safety", folder, "--tolerance", "0.1", "--davis", "C")
+    assert done.code == 0, done.err
+    equivalent = read_safety(folder)
+    assert (itself.davis, equivalent.davis) == (None, "C")
+    assert equivalent.factor == itself.factor
+    whose = f"Factor of safety {itself.factor:.4g}, of Davis' associated equivalent, form C:"
+    assert whose in done.out
+    assert "; strength, of Davis' associated equivalent, form C" in done.out
+    report = html.unescape((folder / "report.html").read_text(encoding="utf-8"))
+    assert whose in report
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -102,6 +121,7 @@ def test_safety_from_python(case: Case, tmp_path: Path) -> None:
         (("--tolerance", "-1"), "StrengthReduction.tolerance = -1.0: must be greater than zero"),
         (("--tolerance", "nan"), "StrengthReduction.tolerance = NaN"),
         (("--start", "0"), "StrengthReduction.start = 0.0: must be greater than zero"),
+        (("--davis", "b"), "'--davis': 'b' is not one of 'A', 'B', 'C'"),
         (("--start", "0.01"), "StrengthReduction.minimum_factor = 0.1: must be at most `start`"),
     ],
 )

@@ -18,6 +18,7 @@ from readings import long
 from tilth import Model
 from tilth.analysis.energies import Energies
 from tilth.analysis.initial_equilibrium import find_initial_equilibrium
+from tilth.analysis.run_warnings import RunWarnings
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
@@ -247,18 +248,41 @@ def test_what_ghost_stabilisation_and_gaps_take_is_told() -> None:
     assert energies["contact_gaps"] < -5e-3 * size
 
 
-def test_the_work_of_a_plane_at_rest_is_none_in_an_impact() -> None:
-    """What soil loses or gets where a gap closes or opens in a step is that of contact's gaps."""
+def falling(steps: int, radius: float | None) -> Entries:
+    """An elastic block that strikes a smooth plane at 1 m/s; radius: None with Newmark's method."""
     plane = {"name": "plane", "type": "implicit", "geometry": flat([0.0, 0.0])}
     plane["contact"] = {"normal": "unilateral", "tangential": "smooth"}
-    entries = with_inertia([plane], 0.5, 0.08, 20)
-    entries["bodies"][0]["shape"] = {"type": "box", "lower": [0.0, 0.01], "upper": [0.5, 0.51]}
+    entries = with_inertia([plane], 0.5, 0.2, steps)
+    entries["grid"]["origin"] = [0.0, 0.03]
+    entries["materials"]["soil"] |= {"young_modulus": 1e6, "poisson_ratio": 0.0}
+    entries["bodies"][0]["shape"] = {"type": "box", "lower": [0.0, 0.05], "upper": [0.5, 1.05]}
     entries["initial"] = {"velocity": [{"body": "soil", "y": -1.0}], "equilibrium": False}
-    energies, results = balance(entries)
-    start = 0.5 * 500.0
+    if radius is None:
+        entries["analysis"]["inertia"] = {"scheme": "newmark"}
+    else:
+        entries["analysis"]["inertia"]["spectral_radius"] = radius
+    return entries
+
+
+def test_the_work_of_a_plane_at_rest_is_none_in_an_impact() -> None:
+    """What soil loses or gets where a gap closes or opens in a step is that of contact's gaps."""
+    energies, results = balance(falling(50, 0.5))
+    start = 0.5 * 1000.0
     assert max(result.resultant("plane")[1] for result in results) > 0.0
     assert abs(energies["contact_gaps"]) > 0.01 * start
     assert abs(energies["external_work"]) < 0.1 * abs(energies["contact_gaps"])
+
+
+@pytest.mark.parametrize("radius", [None, 0.1])
+def test_energy_that_contact_adds_is_warned_of(radius: float | None) -> None:
+    """Impacts add energy with the trapezoidal rule, and none with strong numerical damping."""
+    start = 0.5 * 1000.0
+    energies, _ = balance(falling(50, radius))
+    stored = energies["kinetic"] + energies["elastic"]
+    warnings = RunWarnings()
+    warnings.contact_gives(energies, start)
+    assert (stored > 1.05 * start) == (radius is None)
+    assert len(warnings.texts) == (radius is None)
 
 
 def with_inertia(boundaries: list[Entries], width: float, end: float, steps: int) -> Entries:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import html
 import math
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ from tilth.output.safety_files import read_safety
 from tilth.report.setup_file import read_staged_setup
 from tilth.report.stage_marks import first_outputs
 from tilth.report.stage_pages import draw_stages
+from tilth.report.stage_texts import stage_rows
 
 pytestmark = pytest.mark.slow
 
@@ -266,3 +268,27 @@ def test_a_factor_within_a_stage_tells_what_is_still_held(tmp_path: Path) -> Non
     resume(tmp_path / "out", quiet=True)
     safety(tmp_path / "out", settings=StrengthReduction(tolerance=0.2))
     assert "not finished" not in read_safety(tmp_path / "out").criterion
+
+
+def test_a_stage_with_davis_equivalent(tmp_path: Path) -> None:
+    """The soil, then its equivalent: log, report and summary say whose factor it is."""
+    case = entries(output={"report": True})
+    case["materials"]["soil"] = {
+        "model": "mohr_coulomb", "young_modulus": 1e4, "poisson_ratio": 0.3, "density": 1.0,
+        "cohesion": 9.0, "friction_angle": 30.0, "dilation_angle": 0.0,
+    }  # fmt: skip
+    load, itself = case["stages"][:2]
+    case["stages"] = [load, itself, {**itself, "name": "davis", "davis": "B"}]
+    whose = ", of Davis' associated equivalent, form B"
+    model = Model.from_dict(case)
+    rows = [text for _, text in stage_rows(model)]
+    assert f"davis: factor of safety by strength reduction, to 0.05{whose}" in rows
+    run(model, tmp_path / "out", quiet=True)
+    own, equivalent = (read_safety(tmp_path / "out", index) for index in (1, 2))
+    assert (own.davis, equivalent.davis) == (None, "B")
+    assert equivalent.above is not None
+    assert equivalent.above < own.factor
+    lines = (tmp_path / "out" / "log.txt").read_text().splitlines()
+    assert [whose in line for line in lines if "factor of safety 1" in line] == [False, True]
+    report = html.unescape((tmp_path / "out" / "report.html").read_text())
+    assert f"Factor of safety {equivalent.factor:.4g}{whose}: between" in report

@@ -2,7 +2,7 @@
 """Factors of safety of soil with little or no cohesion, between Davis' and Spencer's.
 
 A failed solution is no collapse: each factor, or what is certain of one that is undecided, is not
-below Davis' (form B, of the reduced angles) and not above Spencer's by more than 5 %.
+below Davis' (form C, of the reduced friction angle) and not above Spencer's by more than 5 %.
 """
 
 from __future__ import annotations
@@ -13,6 +13,8 @@ import pytest
 from readings import long
 from safety_slopes import HIGH, LOW, SafetySlope, agrees, reduced
 from spencer import SpencerSlope
+
+from tilth.model.davis import DavisForm
 
 ACADS = 0.986
 """Spencer's factor of the simple slope of the ACADS survey (Giam and Donald 1989, example 1a), by
@@ -74,6 +76,25 @@ def test_sand_without_cohesion() -> None:
     assert result.trials[0].in_equilibrium
     assert result.is_decided
     assert LOW * davis <= result.factor <= HIGH * spencer
+
+
+@pytest.mark.long
+def test_davis_equivalents_have_spencers_factors() -> None:
+    """Of slices with the same strength: beta of the reduced angle, and of the declared psi.
+
+    All flow of these trials is associated, and the coarse grid too strong by the same 5 %: ratios
+    to the factor of the soil with psi = phi are those of the slices.
+    """
+    associated = reduced(SafetySlope(1.5, 5.0, 30.0, 30.0), COARSE)
+    forms: list[tuple[float, DavisForm]] = [(0.0, "B"), (10.0, "C")]
+    for psi, form in forms:
+        slope = SafetySlope(1.5, 5.0, 30.0, psi)
+        equivalent, of_the_soil = slope.bounds()
+        result = reduced(slope, COARSE, davis=form)
+        assert result.is_decided
+        assert equivalent < result.factor < 1.07 * equivalent
+        ratio = result.factor / associated.factor
+        assert ratio == pytest.approx(equivalent / of_the_soil, rel=0.015)
 
 
 @pytest.mark.long

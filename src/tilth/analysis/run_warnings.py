@@ -37,6 +37,9 @@ NOT_AT_REST = 1e-3
 HARDLY_MOVING = 1e-4
 """Kinetic energy, relative to the elastic one, up to which what moves may stop unsaid."""
 
+GIVEN_BY_CONTACT = 0.05
+"""Energy that contact gives, relative to all other, above which the motion is not to be trusted."""
+
 FARTHEST_APART = 0.6
 """Mean distance of points in cells, above which there are fewer than two in a cell."""
 
@@ -112,6 +115,22 @@ class RunWarnings:
                 f"the stage {stage!r} has no inertia: what moves is at rest from its start on, and "
                 f"its kinetic energy ({soil:.3g} of the soil, {bodies:.3g} of rigid bodies) is "
                 "lost (numerical_dissipation); let it come to rest before if that is not meant",
+            )
+
+    def contact_gives(self, energies: Mapping[str, float], start: float) -> None:
+        """Contact that closes and opens and so gives energy, as impacts do without damping.
+
+        energies: by kind, see `ENERGY_KINDS`; start: before the first step [force length].
+        """
+        other = start + abs(energies["external_work"])
+        given = -max(energies["contact_gaps"], energies["numerical_dissipation"])
+        if given > GIVEN_BY_CONTACT * other:
+            self.note(
+                "contact gives",
+                f"contact that closes and opens has added {given:.3g} to the energy, which was "
+                f"{other:.3g} with all work (contact_gaps of energies.csv): what strikes a surface "
+                'comes off it too fast; take scheme = "generalised_alpha" with a spectral_radius '
+                "of 0 to 0.1",
             )
 
     def line_search(self, reason: str, time: float) -> None:

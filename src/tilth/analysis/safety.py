@@ -13,8 +13,9 @@ from tilth.analysis.safety_trials import Trials
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.model import StrengthReduction
+from tilth.model.davis import DavisForm
 from tilth.mpm.frozen_points import require_reducible
-from tilth.output.safety_files import bracket_text
+from tilth.output.safety_files import bracket_text, whose_text
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,7 @@ class SafetyResult:
         displacement: of the points in the last equilibrium, since the start [length], on the frozen
             geometry, shape (n, dim), in the order of the points' permanent numbers.
         plastic_strain: equivalent plastic strain in it since the start [-], shape (n,).
+        davis: form of Davis' associated equivalent whose factor it is; None of the soil itself.
     """
 
     factor: float
@@ -45,6 +47,7 @@ class SafetyResult:
     residual: float
     displacement: Floats
     plastic_strain: Floats
+    davis: DavisForm | None = None
 
     @property
     def is_decided(self) -> bool:
@@ -54,10 +57,12 @@ class SafetyResult:
     @property
     def text(self) -> str:
         """The factor, or what is certain of one that is undecided, in words."""
+        whose = whose_text(self.davis)
         if self.is_decided:
-            return f"factor of safety {self.factor:.4g} (collapse from {self.above:.4g} on)"
+            return f"factor of safety {self.factor:.4g} (collapse from {self.above:.4g} on){whose}"
         above = None if math.isinf(self.above) else self.above
-        return f"factor of safety undecided: {bracket_text(self.factor, above, self.undecided)}"
+        certain = bracket_text(self.factor, above, self.undecided)
+        return f"factor of safety undecided{whose}: {certain}"
 
     @property
     def iterations(self) -> int:
@@ -73,6 +78,7 @@ class SafetyResult:
             "if need be from where the soil has crept to against a drag; collapse: connected soil, "
             f"at least {WIDTH} cells wide, moves by more than {self.largest_displacement:.3g} "
             f"({ratio:g} times the elastic displacement); undecided: neither is found"
+            f"{'' if self.davis is None else f'; strength{whose_text(self.davis)}'}"
         )
 
 
@@ -96,7 +102,7 @@ def strength_reduction(
     Raises:
         BadInput: a material whose strength cannot be reduced, all elastic, or soil without stress.
         AnalysisFailed: no equilibrium with the least factor, or one with the greatest; at a factor
-            of at most 1 neither equilibrium nor collapse is found.
+            of at most 1 neither equilibrium nor collapse of the soil itself is found.
     """
     settings = settings or StrengthReduction()
     require_reducible(simulation.model)
@@ -111,5 +117,5 @@ def strength_reduction(
     return SafetyResult(
         search.stable, search.above, settings.tolerance, tuple(search.undecided),
         tuple(search.trials), trials.elastic_displacement, trials.largest_displacement,
-        trials.tolerance, displacement, plastic_strain,
+        trials.tolerance, displacement, plastic_strain, settings.davis,
     )  # fmt: skip

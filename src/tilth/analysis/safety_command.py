@@ -14,8 +14,9 @@ from tilth.analysis.safety_search import Trial
 from tilth.case import load_case
 from tilth.errors import AnalysisFailed, BadInput, visible
 from tilth.model import StrengthReduction
+from tilth.model.davis import DavisForm
 from tilth.output.folder import load_model
-from tilth.output.safety_files import TO_DECIDE, read_safety
+from tilth.output.safety_files import TO_DECIDE, read_safety, whose_text
 from tilth.report.safety import text_of
 
 
@@ -25,6 +26,7 @@ def find_safety(
     *,
     tolerance: float,
     start: float,
+    davis: DavisForm | None,
     threads: int | None,
     overwrite: bool,
     quiet: bool,
@@ -35,7 +37,7 @@ def find_safety(
     Args:
         case: the case file, or the folder itself.
         folder: of the results.
-        tolerance, start: of `StrengthReduction`.
+        tolerance, start, davis: of `StrengthReduction`.
         threads, overwrite, quiet: as in `safety`.
         say: announces the code of the user that is run.
 
@@ -43,7 +45,7 @@ def find_safety(
         BadInput, AnalysisFailed, KeyboardInterrupt: as `safety`.
         AnalysisFailed: the factor is undecided; its files are written.
     """
-    settings = StrengthReduction(tolerance=tolerance, start=start)
+    settings = StrengthReduction(tolerance=tolerance, start=start, davis=davis)
     is_run = case.is_dir()
     model = load_model(case) if is_run else load_case(case)
     console = Console(highlight=False, quiet=quiet)
@@ -73,6 +75,6 @@ def find_safety(
     console.print(Text(visible(f"results in {folder}")), soft_wrap=True)
     if not summary.is_decided:
         raise AnalysisFailed(
-            f"the factor of safety is undecided: {summary.bracket}",
+            f"the factor of safety is undecided{whose_text(summary.davis)}: {summary.bracket}",
             TO_DECIDE,
         )

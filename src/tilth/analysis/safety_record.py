@@ -103,6 +103,7 @@ def _write(
         criterion=result.criterion + _still_held(simulation, time),
         largest_displacement=result.largest_displacement,
         trials=trials,
+        davis=result.davis,
     )
     write_safety(folder, summary, units["length"], files)
 

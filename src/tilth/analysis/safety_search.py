@@ -180,9 +180,10 @@ class Search:
 
         Raises:
             AnalysisFailed: it is undecided at a factor of at most 1, where soil that the run left
-                in equilibrium has one.
+                in equilibrium has one; not if Davis' equivalent takes its place.
         """
-        if trial.outcome is Outcome.UNDECIDED and trial.factor <= 1.0:
+        as_in_the_run = self._settings.davis is None
+        if as_in_the_run and trial.outcome is Outcome.UNDECIDED and trial.factor <= 1.0:
             raise AnalysisFailed(
                 f"the equilibrium at the factor {trial.factor:g} is not found again "
                 f"({trial.failure}): this is no collapse, and no factor of safety follows",

@@ -72,6 +72,7 @@ class Trials:
         self.largest_displacement = settings.displacement_ratio * self.elastic_displacement
         self._frozen = FrozenPoints(simulation.model, points, strain / FROZEN_STRAIN)
         self._simulation, self._on_iteration = simulation, on_iteration
+        self._davis = settings.davis
         frozen = self._frozen.points
         note = simulation.run_warnings.fallback
         self._solver: LinearSolver | PetscSolver = (
@@ -114,7 +115,7 @@ class Trials:
 
         pursues: whether the soil is let go where Newton's iteration finds none.
         """
-        self._soil.points = self._frozen.reduced(factor)
+        self._soil.points = self._frozen.reduced(factor, self._davis)
         self._iterations = 0
         guess, unknowns = None, None
         if self._last is not None:
@@ -221,7 +222,7 @@ class Trials:
         numbers.
         """
         assert self._last is not None
-        points: MaterialPoints = self._frozen.reduced(factor)
+        points: MaterialPoints = self._frozen.reduced(factor, self._davis)
         self._soil.points = points
         with together(self._comm):
             self._soil.update(self._last.displacement)

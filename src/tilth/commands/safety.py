@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
@@ -17,12 +18,20 @@ from tilth.commands.common import (
 )
 from tilth.errors import BadInput, Interrupted
 
+if TYPE_CHECKING:
+    from tilth.model.davis import DavisForm
+
 
 @click.command()
 @click.argument("case", metavar="CASE.toml|DIR", type=click.Path(path_type=Path))
 @OUT
 @click.option("--tolerance", type=float, default=0.01, show_default=True, help="Of the factor.")
 @click.option("--start", type=float, default=1.0, show_default=True, help="Factor to try first.")
+@click.option(
+    "--davis",
+    type=click.Choice(["A", "B", "C"]),
+    help="Form of Davis' associated equivalent, which takes the place of soil with friction.",
+)
 @THREADS
 @click.option("--overwrite", is_flag=True, help="Replace the results of an earlier run in DIR.")
 @QUIET
@@ -31,6 +40,7 @@ def safety(
     out: Path | None,
     tolerance: float,
     start: float,
+    davis: DavisForm | None,
     threads: int | None,
     overwrite: bool,
     quiet: bool,
@@ -51,8 +61,8 @@ def safety(
     folder = case if is_run else folder_of_results(case, out)
     try:
         find_safety(
-            case, folder, tolerance=tolerance, start=start, threads=threads, overwrite=overwrite,
-            quiet=quiet, say=say_what_runs,
+            case, folder, tolerance=tolerance, start=start, davis=davis, threads=threads,
+            overwrite=overwrite, quiet=quiet, say=say_what_runs,
         )  # fmt: skip
     except KeyboardInterrupt:
         stopped = interrupted(folder)

@@ -52,7 +52,7 @@ class Inertia(Declared):
     impact; both of order 2."""
     spectral_radius: SpectralRadius | None = None
     """For "generalised_alpha": what is left of the highest frequencies after each step [-], from 1
-    (no damping) to 0 (all are gone after one step)."""
+    (no damping) to 0 (all are gone after one step); at most 0.1 where soil strikes surfaces."""
     damping: RayleighDamping | None = None
     """Rayleigh damping; none if not given."""
     largest_error: Positive | None = None

@@ -13,6 +13,7 @@ from pydantic import AfterValidator, model_validator
 from tilth.arrays import Floats
 from tilth.errors import Problem
 from tilth.model.base import Declared
+from tilth.model.davis import DavisForm
 from tilth.model.fields import Flag, NotNegative, Real
 from tilth.model.laws import Law, laws
 from tilth.model.problems import reject, rejection
@@ -152,7 +153,9 @@ class AnyMaterial(Declared):
             return np.array(columns, dtype=np.float64)
         return np.stack([np.broadcast_to(column, points) for column in columns], axis=1)
 
-    def reduced_strength(self, parameters: Columns, factor: float) -> Columns:
+    def reduced_strength(
+        self, parameters: Columns, factor: float, davis: DavisForm | None = None
+    ) -> Columns:
         """Returns the parameters of a reducible law with its strength divided by a factor, by name.
 
         Cohesions and tangents of friction angles are divided; elasticity stays.
@@ -160,6 +163,7 @@ class AnyMaterial(Declared):
         Args:
             parameters: of the law by their names in the core, one number or shape (n,) each.
             factor: of safety [-], > 0; below 1 it raises the strength.
+            davis: form of Davis' associated equivalent that takes the place of soil with friction.
         """
         raise NotImplementedError
 
@@ -175,13 +179,17 @@ class AnyMaterial(Declared):
         """
         raise NotImplementedError
 
-    def reduced_parameters(self, parameters: Floats, factor: float) -> Floats:
+    def reduced_parameters(
+        self, parameters: Floats, factor: float, davis: DavisForm | None = None
+    ) -> Floats:
         """Returns the parameters of a reducible law with its strength divided by a factor.
 
-        parameters: as the core takes them, shape (m,) or (n, m).
+        Args:
+            parameters: as the core takes them, shape (m,) or (n, m).
+            factor, davis: as in `reduced_strength`.
         """
         columns = dict(zip(self.parameter_names, np.moveaxis(parameters, -1, 0), strict=True))
-        reduced = self.reduced_strength(columns, factor)
+        reduced = self.reduced_strength(columns, factor, davis)
         return np.stack([reduced[name] for name in self.parameter_names], axis=-1)
 
     def stiffened_parameters(self, parameters: Floats, factor: float) -> Floats:

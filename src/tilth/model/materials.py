@@ -13,6 +13,7 @@ from tilth.arrays import Floats
 from tilth.errors import Problem
 from tilth.model.base import chosen_by
 from tilth.model.cam_clay import ModifiedCamClay
+from tilth.model.davis import DavisForm
 from tilth.model.isotropic import Columns, Isotropic, ParametersAt, Values, WithPoreFluid
 from tilth.model.laws import Law
 from tilth.model.problems import dotted, rejection
@@ -28,7 +29,9 @@ class HenckyElastic(WithPoreFluid):
 
     model: Literal["hencky_elastic"] = "hencky_elastic"
 
-    def reduced_strength(self, parameters: Columns, factor: float) -> Columns:
+    def reduced_strength(
+        self, parameters: Columns, factor: float, davis: DavisForm | None = None
+    ) -> Columns:
         """Returns the same parameters: the material does not fail."""
         return parameters
 
@@ -82,7 +85,9 @@ class VonMises(Isotropic):
             "hardening_modulus": at.value("hardening_modulus"),
         }
 
-    def reduced_strength(self, parameters: Columns, factor: float) -> Columns:
+    def reduced_strength(
+        self, parameters: Columns, factor: float, davis: DavisForm | None = None
+    ) -> Columns:
         """Divides the yield stress, and so its hardening; see `AnyMaterial`."""
         divided = ("yield_stress", "hardening_modulus")
         return {**parameters, **{name: parameters[name] / factor for name in divided}}

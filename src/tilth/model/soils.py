@@ -12,6 +12,7 @@ from pydantic import AfterValidator, model_validator
 
 from tilth.arrays import Floats
 from tilth.errors import Problem
+from tilth.model.davis import DavisForm, davis_share
 from tilth.model.fields import Flag, Real
 from tilth.model.isotropic import Columns, Isotropic, ParametersAt, Values, WithPoreFluid
 from tilth.model.laws import Law, laws
@@ -60,7 +61,9 @@ class Tresca(Isotropic):
     """Strength s_u [stress], > 0: half the difference of the largest and the smallest principal
     stress, 2 s_u = tau_1 - tau_3, in plane strain as in triaxial tests."""
 
-    def reduced_strength(self, parameters: Columns, factor: float) -> Columns:
+    def reduced_strength(
+        self, parameters: Columns, factor: float, davis: DavisForm | None = None
+    ) -> Columns:
         """Divides s_u; see `AnyMaterial`."""
         strength = parameters["undrained_shear_strength"] / factor
         return {**parameters, "undrained_shear_strength": strength}
@@ -97,6 +100,14 @@ class _Frictional(WithPoreFluid):
         """Whether the volume changes in plastic flow: by the dilation angle, if water can enter."""
         psi = self.dilation_angle
         return not self.keeps_water and not (isinstance(psi, float) and psi < LEAST_DILATION)
+
+    def equivalent(self, davis: DavisForm | None) -> DavisForm | None:
+        """Returns the form of Davis' equivalent; None where the pores stay full.
+
+        Soil that cannot change its volume has none: it flows like a Tresca material, and with psi =
+        phi its pore pressure would fall, and its strength grow, without end.
+        """
+        return davis if self.pore_fluid_bulk_modulus is None else None
 
     def separation_problems(self, cut_off: object) -> Iterator[Problem]:
         """Yields what does not go with `separates`.
@@ -214,22 +225,27 @@ class MohrCoulomb(_Frictional):
         }
         return self.with_fluid(parameters, at)
 
-    def reduced_strength(self, parameters: Columns, factor: float) -> Columns:
+    def reduced_strength(
+        self, parameters: Columns, factor: float, davis: DavisForm | None = None
+    ) -> Columns:
         """Divides c, tan(phi), also after softening, and the cut-off; see `AnyMaterial`.
 
-        The dilation angle is kept, but not above the reduced friction angles.
+        The dilation angle is kept, but not above the reduced friction angles; in Davis' equivalent
+        it is the smaller one of these.
         """
-        divided = {
-            name: parameters[name] / factor for name in ("cohesion", "residual_cohesion")
-        } | {
-            name: _reduced_angle(parameters[name], factor)
-            for name in ("friction_angle", "residual_friction_angle")
-        }
+        form, psi = self.equivalent(davis), parameters["dilation_angle"]
+        divided: dict[str, Values] = {}
+        for when in ("", "residual_"):
+            cohesion, phi = f"{when}cohesion", f"{when}friction_angle"
+            angles = np.radians(parameters[phi]), np.radians(psi)
+            divisor = factor / davis_share(*angles, factor, form)
+            divided[cohesion] = parameters[cohesion] / divisor
+            divided[phi] = _reduced_angle(parameters[phi], divisor)
         least = np.minimum(divided["friction_angle"], divided["residual_friction_angle"])
         return {
             **parameters,
             **divided,
-            "dilation_angle": np.minimum(parameters["dilation_angle"], least),
+            "dilation_angle": np.minimum(psi, least) if form is None else least,
             "tension_cut_off": _reduced_cut_off(parameters["tension_cut_off"], factor),
         }
 
@@ -305,18 +321,24 @@ class DruckerPrager(_Frictional):
         """Sign of the sine in the fit to triaxial tests."""
         return -1.0 if self.fit == "compression" else 1.0
 
-    def reduced_strength(self, parameters: Columns, factor: float) -> Columns:
+    def reduced_strength(
+        self, parameters: Columns, factor: float, davis: DavisForm | None = None
+    ) -> Columns:
         """Divides c and tan(phi) of the fitted pyramid and the cut-off; see `AnyMaterial`.
 
-        The dilation angle is kept, but not above the reduced friction angle.
+        The dilation angle is kept, but not above the reduced friction angle, which it is in Davis'
+        equivalent.
         """
+        form = self.equivalent(davis)
         c, sine, flow = self._pyramid(parameters)
-        tangent = sine / np.sqrt(1.0 - sine**2) / factor
+        divisor = factor / davis_share(np.arcsin(sine), np.arcsin(flow), factor, form)
+        tangent = sine / np.sqrt(1.0 - sine**2) / divisor
         cosine = 1.0 / np.sqrt(1.0 + tangent**2)
         sine = tangent * cosine
+        flow = np.minimum(flow, sine) if form is None else sine
         return {
             **parameters,
-            **self._cone(sine, cosine, np.minimum(flow, sine), c / factor),
+            **self._cone(sine, cosine, flow, c / divisor),
             "tension_cut_off": _reduced_cut_off(parameters["tension_cut_off"], factor),
         }
 
@@ -349,7 +371,7 @@ def _sine_and_cosine(degrees: Values) -> tuple[Values, Values]:
     return np.sin(angle), np.cos(angle)
 
 
-def _reduced_angle(degrees: Values, factor: float) -> Values:
+def _reduced_angle(degrees: Values, factor: Values) -> Values:
     """Returns the angle whose tangent is that of `degrees` over the factor."""
     return np.degrees(np.arctan(np.tan(np.radians(degrees)) / factor))
 

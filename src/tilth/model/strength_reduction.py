@@ -9,6 +9,7 @@ from pydantic import AfterValidator, model_validator
 
 from tilth.errors import Problem
 from tilth.model.base import Declared
+from tilth.model.davis import DavisForm
 from tilth.model.fields import Name, Positive
 from tilth.model.problems import reject, rejection
 
@@ -39,7 +40,7 @@ class StrengthReduction(Declared):
     1e-4; what is undecided leaves a greater one."""
     start: Positive = 1.0
     """Factor that is tried first [-]; smaller ones follow if it has no equilibrium. At 1 the soil
-    is as the run left it: only a collapse leads below."""
+    is as the run left it, unless `davis` is given: only a collapse leads below."""
     first_step: Positive = 0.1
     """First increase of the factor [-]; it is doubled while there is equilibrium, and halved where
     there is none."""
@@ -51,6 +52,11 @@ class StrengthReduction(Declared):
     """Displacement over the elastic one beyond which connected soil, at least three cells wide, has
     collapsed [-]. The elastic displacement is the mean elastic strain of the soil times its
     thickness."""
+    davis: DavisForm | None = None
+    """Form of Davis' associated equivalent that takes the place of soil with friction: with psi =
+    phi, and c and tan(phi) times beta = cos(psi) cos(phi) / (1 - sin(psi) sin(phi)) of the declared
+    angles ("A"), of both angles reduced by the factor ("B"), or of the reduced phi and the declared
+    psi, at most phi ("C"). The soil itself if not given."""
 
     @model_validator(mode="after")
     def _in_order(self) -> Any:

@@ -18,6 +18,7 @@ from tilth.arrays import Floats
 from tilth.comm import SERIAL, Communicator, total
 from tilth.errors import BadInput, Problem
 from tilth.model import Model
+from tilth.model.davis import DavisForm
 from tilth.model.isotropic import AnyMaterial
 from tilth.model.problems import dotted
 from tilth.mpm.points import MaterialPoints, PointRange
@@ -119,12 +120,16 @@ class FrozenPoints:
         stiffened = self._material(body).stiffened_parameters(body.parameters, self.stiffening)
         return replace(body, parameters=stiffened)
 
-    def reduced(self, factor: float) -> MaterialPoints:
-        """Returns the points with their strength over a factor [-]; the state is shared."""
+    def reduced(self, factor: float, davis: DavisForm | None = None) -> MaterialPoints:
+        """Returns the points with their strength over a factor [-]; the state is shared.
+
+        davis: form of Davis' associated equivalent, see `AnyMaterial.reduced_strength`.
+        """
+        points = self.points
         return self._with(
             [
-                self._material(body).reduced_parameters(self.points.parameters_of(body), factor)
-                for body in self.points.bodies
+                self._material(body).reduced_parameters(points.parameters_of(body), factor, davis)
+                for body in points.bodies
             ]
         )
 

@@ -13,8 +13,8 @@ and the elastic parts, and with them the pressures, change alike within a cell. 
 cell is zero.
 
 k is fixed during Newton's iteration and revised at its solutions, with Anderson's acceleration
-(1965), until the equilibrium belongs to it. That is done in strength reduction, which asks for a
-limit; steps of a run are smaller, and less of them is lost (docs/decisions/0044-own-plastic-volume.md).
+(1965), until the equilibrium belongs to it. That is done in the trials of strength reduction
+only (docs/decisions/0044-own-plastic-volume.md).
 """
 
 from __future__ import annotations

@@ -10,10 +10,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, get_args
 
 from tilth.errors import BadInput
 from tilth.input_files import require_file
+from tilth.model.davis import DavisForm
 from tilth.output.disk import writing
 from tilth.output.files import RESTORE, write_durably
 from tilth.output.folder import SafetyFiles, safety_files
@@ -60,6 +61,7 @@ class SafetySummary:
         criterion: what counts as equilibrium and as collapse.
         largest_displacement: beyond which connected soil has collapsed [length].
         trials: in the order in which they were made.
+        davis: form of Davis' associated equivalent whose factor it is; None of the soil itself.
     """
 
     factor: float
@@ -70,6 +72,7 @@ class SafetySummary:
     criterion: str
     largest_displacement: float
     trials: Sequence[StoredTrial]
+    davis: str | None = None
 
     @property
     def is_decided(self) -> bool:
@@ -80,6 +83,14 @@ class SafetySummary:
     def bracket(self) -> str:
         """What is certain, in words."""
         return bracket_text(self.factor, self.above, self.undecided)
+
+
+def whose_text(davis: str | None) -> str:
+    """Returns words on the soil whose factor it is, to follow it; "" for the soil itself.
+
+    davis: form of Davis' associated equivalent.
+    """
+    return "" if davis is None else f", of Davis' associated equivalent, form {davis}"
 
 
 def bracket_text(factor: float, above: float | None, undecided: Sequence[float]) -> str:
@@ -126,6 +137,8 @@ def read_safety(folder: Path, index: int | None = None) -> SafetySummary:
         above = () if summary.above is None else (summary.above,)
         if not all(map(math.isfinite, (*numbers, *above))):
             raise ValueError("a number is not finite")
+        if summary.davis not in (None, *get_args(DavisForm)):
+            raise ValueError(f"unknown form {summary.davis!r} of Davis' equivalent")
     except (OSError, ValueError, TypeError, KeyError, RecursionError) as error:
         raise BadInput(f"{file} cannot be read: {error}", RESTORE) from error
     return summary

@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tilth.output.safety_files import COLLAPSE, EQUILIBRIUM, UNDECIDED, SafetySummary
+from tilth.output.safety_files import (
+    COLLAPSE,
+    EQUILIBRIUM,
+    UNDECIDED,
+    SafetySummary,
+    whose_text,
+)
 from tilth.output.vtkhdf import Results
 from tilth.report.field_plots import draw_frames
 from tilth.report.fields import with_unit
@@ -45,13 +51,14 @@ def text_of(summary: SafetySummary) -> str:
 
 
 def _found(summary: SafetySummary) -> str:
+    whose = whose_text(summary.davis)
     if summary.is_decided:
         assert summary.above is not None
         return (
-            f"Factor of safety {summary.factor:.4g}: between {summary.factor:.6g} (equilibrium) "
-            f"and {summary.above:.6g} (collapse)"
+            f"Factor of safety {summary.factor:.4g}{whose}: between {summary.factor:.6g} "
+            f"(equilibrium) and {summary.above:.6g} (collapse)"
         )
-    return f"Factor of safety undecided: {summary.bracket}"
+    return f"Factor of safety undecided{whose}: {summary.bracket}"
 
 
 def draw_safety_curve(summary: SafetySummary, length_unit: str) -> Figure:

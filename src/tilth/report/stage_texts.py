@@ -11,6 +11,7 @@ from tilth.model.grading import along_axes, largest, smallest
 from tilth.model.loads import Load
 from tilth.model.stages import Stage
 from tilth.model.staging import moves
+from tilth.output.safety_files import whose_text
 from tilth.report.amounts import cells_text, elevation, shape_text, vector
 
 
@@ -82,7 +83,7 @@ def stage_rows(model: Model) -> Iterator[tuple[str, str]]:
             yield (
                 f"stage {index + 1}",
                 f"{reduction.name}: factor of safety by strength reduction, to "
-                f"{reduction.tolerance:g}",
+                f"{reduction.tolerance:g}{whose_text(reduction.davis)}",
             )
 
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Holds the weight of soil without cohesion in partly filled cells (docs/decisions/0043-sand-at-edges.md).
+"""Holds the weight of soil without cohesion in partly filled cells.
 
 A node that only a sliver of soil reaches is in equilibrium by the stress of few points. Friction
 alone bears the sliver's weight only in few directions, so that soil without cohesion has no
@@ -12,7 +12,8 @@ beyond a share of the cell's own weight:
 with the kink j, the jump of the normal derivative times the mean size h of the two cells, the
 filled fraction f of the emptier one, its unit weight rho b. So t stays below a f (1 - f) rho b h,
 a share of the cell's weight over its face: enough to hold a sliver, and little beside soil that
-slides. The forces on the nodes of a face have no resultant and no moment, and vanish with h.
+slides (docs/decisions/0043-sand-at-edges.md). The forces on the nodes of a face have no resultant
+and no moment, and vanish with h.
 """
 
 from __future__ import annotations
