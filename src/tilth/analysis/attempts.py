@@ -97,7 +97,8 @@ def solve(
         balance.restart(Changes.USUAL)
         begun = np.where(step.conditions.constrained, step.conditions.increment, 0.0)
         residual = Residual(balance, step.conditions.constrained)
-        found = crept_to_rest(simulation, step, soil, solved, drag, attempts[0], begun, residual)
+        newton = next((each for each in attempts if each.line_search), attempts[0])
+        found = crept_to_rest(simulation, step, soil, solved, drag, newton, begun, residual)
         if found is None:
             raise
         simulation.run_warnings.crept(failure.reason, step.after)
