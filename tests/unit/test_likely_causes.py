@@ -190,19 +190,34 @@ def test_f_bar_is_advised_where_soil_keeps_its_volume_only(
     assert text.count("anti_locking") <= 1
 
 
-def test_layers_of_a_body_are_told_apart() -> None:
-    """Sand with F-bar over clay, which needs it."""
+@pytest.mark.parametrize("f_bar", [True, False])
+def test_layers_of_a_body_are_told_apart(f_bar: bool) -> None:
+    """Sand over clay: with F-bar and without the advice is to make two bodies of them."""
     entries = clay_block(0.0)
     entries["materials"]["sand"] = material_entries("mohr_coulomb", dilation_angle=5.0)
     body = entries["bodies"][0]
     del body["material"]
     body |= {"layers": [{"material": "sand", "bottom": 2.0}, {"material": "soil"}]}
-    body["anti_locking"] = "f_bar"
+    body["anti_locking"] = "f_bar" if f_bar else "none"
     simulation = Simulation(Model.from_dict(entries))
     simulation.points.elastic_share[:] = 0.1
     text = "; ".join(likely_causes(simulation, Clock(simulation.model.schedule), FAILURE))
+    if not f_bar:
+        assert '"f_bar", with sand as a body of its own without it' in text
+        return
     assert "flows with a change of volume in sand, which does not lock" in text
     assert "with the other layers, which may need it, as a body of their own" in text
+
+
+def test_soil_that_has_come_apart_is_named() -> None:
+    entries = clay_block(0.0)
+    simulation = Simulation(Model.from_dict(entries))
+    clock = Clock(simulation.model.schedule)
+    assert "torn off" not in "; ".join(likely_causes(simulation, clock, FAILURE))
+    simulation.points.deformation_gradient[5] *= 1.3
+    worst = simulation.points.point_id[5]
+    text = "; ".join(likely_causes(simulation, clock, FAILURE))
+    assert f"1 points have more than 1.5 times their volume, most of all {worst} at (" in text
 
 
 def test_naming_causes_changes_no_result() -> None:

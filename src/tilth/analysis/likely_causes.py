@@ -26,6 +26,9 @@ STEADY_FLOW = 0.5
 FLOWING_SHARE = 0.05
 """Share of the points in plastic flow from which on a mechanism is likely."""
 
+TORN_OFF = 1.5
+"""Volume over that at first from which on soil has come apart: no soil dilates so much."""
+
 WIDE_DOMAIN = 2.0
 """Width of a domain, in cells, from which on it averages the deformation over too many of them."""
 
@@ -45,6 +48,7 @@ def likely_causes(simulation: Simulation, clock: Clock, failure: StepFailed) -> 
         *_domains(simulation),
         *_locking(simulation),
         *_f_bar_in_dilating_soil(simulation),
+        *_torn_off(simulation),
         *_first_step(simulation, clock),
     ]
 
@@ -193,7 +197,8 @@ def _locking(simulation: Simulation) -> Iterator[str]:
     """Bodies that keep their volume, by elasticity or by plastic flow, without F-bar."""
     points = simulation.points
     poisson = points.elastic_moduli().poisson
-    flows = (points.elastic_share < STEADY_FLOW) & ~_dilates(simulation)
+    dilates = _dilates(simulation)
+    flows = (points.elastic_share < STEADY_FLOW) & ~dilates
     for body, own in points.whole_bodies():
         i = body.body
         if body.anti_locking != "none":
@@ -205,9 +210,13 @@ def _locking(simulation: Simulation) -> Iterator[str]:
             why = "flows plastically, at constant volume or nearly so,"
         else:
             continue
+        others = _layers(simulation, i, dilates)
+        apart = ""
+        if 0 < len(others) < len(simulation.model.bodies[i].materials):
+            apart = f", with {' and '.join(others)} as a body of its own without it"
         yield (
             f"the body {body.name!r} {why} without a remedy against locking, so that its pressures "
-            f'oscillate: give bodies[{i}].anti_locking = "f_bar"'
+            f'oscillate: give bodies[{i}].anti_locking = "f_bar"{apart}'
         )
 
 
@@ -219,11 +228,7 @@ def _f_bar_in_dilating_soil(simulation: Simulation) -> Iterator[str]:
         i, declared = body.body, simulation.model.bodies[body.body]
         if body.anti_locking == "none" or float(np.mean(flows[own])) < FLOWING_SHARE:
             continue
-        names = [
-            declared.materials[each.layer]
-            for each in points.bodies
-            if each.body == i and flows[each.points].any()
-        ]
+        names = _layers(simulation, i, flows)
         apart = ""
         if len(names) < len(declared.materials):
             apart = ", with the other layers, which may need it, as a body of their own"
@@ -232,6 +237,33 @@ def _f_bar_in_dilating_soil(simulation: Simulation) -> Iterator[str]:
             "does not lock, but F-bar gives it the mean change of each cell: compare a run "
             f'with bodies[{i}].anti_locking = "none"{apart}'
         )
+
+
+def _torn_off(simulation: Simulation) -> Iterator[str]:
+    """Soil at an edge that has come apart, and falls or crumbles."""
+    points = simulation.points
+    growth = points.volume / points.initial_volume
+    torn = growth > TORN_OFF
+    if not torn.any():
+        return
+    worst = int(growth.argmax())
+    yield (
+        f"{int(torn.sum())} points have more than {TORN_OFF:g} times their volume, most of all "
+        f"{points.point_id[worst]} at ({at(points.position[worst])}): they are torn off at an edge "
+        "of the soil, where little holds them; let no soil fall over the top of a rigid body (make "
+        "it higher than its way down), or give the soil a cohesion of a tenth of its unit weight "
+        "times the cell's size"
+    )
+
+
+def _layers(simulation: Simulation, body: int, chosen: Flags) -> list[str]:
+    """Returns the materials of a body of which at least one of the points (n,) is chosen."""
+    names = simulation.model.bodies[body].materials
+    return [
+        names[each.layer]
+        for each in simulation.points.bodies
+        if each.body == body and chosen[each.points].any()
+    ]
 
 
 def _dilates(simulation: Simulation) -> Flags:

@@ -39,7 +39,7 @@ REFINEMENTS, REFINED, MOST_REFINEMENTS = 8, 0.3, 25
 """How often they do: after so many times their change must be below this share of the first one,
 or the path is good enough; and how often at most."""
 
-LINE_SEARCH = (1.0, 0.5, 0.25, 0.125)
+LINE_SEARCH = tuple(0.5**halvings for halvings in range(7))
 """Shares of a correction that a line search tries, in this order."""
 
 
@@ -136,7 +136,7 @@ def solve_step(
         reuse = reused(residuals[begun:], reuse, newton)
         try:
             correction = linearised.correction(now, prescribed, tolerance, reuse)
-            now = _corrected(residual, now, correction, shares)
+            now = corrected(residual, now, correction, shares)
         except SolveFailed as error:
             raise StepFailed(str(error), residuals=residuals) from error
         except StepFailed as failure:
@@ -319,19 +319,22 @@ def forcing_term(relative: float, tolerance: float) -> float:
     return min(max(0.1 * tolerance / relative, FORCING_TERM), LARGEST_FORCING_TERM)
 
 
-def _corrected(
+def corrected(
     residual: Residual, now: State, correction: tuple[Floats, Floats], shares: tuple[float, ...]
 ) -> State:
-    """Takes the first share of `correction` that lowers the residual, else the last one."""
+    """Takes the first share of `correction` that lowers the residual, else the best one."""
     nodal, unknowns = correction
+    best: State | None = None
     for share in shares:
-        last = share == shares[-1]
         try:
             trial = residual.at(now.displacement + share * nodal, now.unknowns + share * unknowns)
         except StepFailed:
-            if last:
+            if share == shares[-1] and best is None:
                 raise
             continue
-        if last or trial.free <= (1.0 - 1e-4 * share) * now.free:
+        if trial.free <= (1.0 - 1e-4 * share) * now.free:
             return trial
-    raise AssertionError("a line search tries at least one step")
+        if best is None or trial.free < best.free:
+            best = trial
+    assert best is not None
+    return best

@@ -1,0 +1,122 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A flat circular footing pushed through sand into clay: its peak resistance, and what follows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from tilth.verification.cases import example, varied
+from tilth.verification.closed_forms.limit_loads import CIRCULAR_FOOTING
+from tilth.verification.comparison import Comparison, at_least, relative
+from tilth.verification.contact_runs import run_contact
+from tilth.verification.curves import Curve
+
+PROBLEM = "spudcan_sand_over_clay"
+DIAMETER, SAND = 6.0, 3.0
+"""Of the footing, and height of the sand under it [m]."""
+FRICTION, DILATION = math.radians(34.0), math.radians(4.0)
+"""Angles of the sand [rad]."""
+UNIT_WEIGHT, STRENGTH = 10.0, 20.0
+"""Submerged unit weight of the sand [kN/m3]; s_u of the clay [kPa]."""
+COARSE, FINE = 8, 16
+"""Cells to the diameter."""
+WAY, STEPS = 0.8, 12.5
+"""Penetration of the case file, in diameters, and steps to a diameter and a cell of it."""
+LEAST_DROP = 0.03
+"""By how much of its peak the resistance falls after it, at least [-]."""
+WIDER = 0.15
+"""By how much the range of the two formulas is widened at each end [-]."""
+SPREAD = 5.0
+"""Depth over which a load spreads by one to each side, of 3 to 5 in use: the least load [-]."""
+
+
+def comparisons(long: bool) -> Iterator[Comparison]:
+    """The peak and the drop after it on the coarse grid; long: also on the fine one."""
+    coarse = push(COARSE)
+    yield from punched(coarse, COARSE)
+    if not long:
+        return
+    fine = push(FINE)  # about 10 minutes on one core
+    yield from punched(fine, FINE)
+    quantity = f"peak resistance, h D/{COARSE}"
+    yield relative(quantity, peak(coarse)[1], peak(fine)[1], 0.15, f"h D/{FINE}", "kN")
+
+
+def punched(curve: Curve, cells: int) -> Iterator[Comparison]:
+    """Rows: the peak, the drop after it, and how far the footing comes."""
+    yield from peak_in_range(curve, cells)
+    quantity = f"drop of the resistance after its peak, h D/{cells}"
+    yield at_least(quantity, drop(curve), LEAST_DROP, 0.0, "punch-through")
+    way = float(curve.displacement[-1]) / DIAMETER
+    yield at_least(f"penetration over D at the end, h D/{cells}", way, WAY, 1e-9, "the case file")
+
+
+def push(cells: int) -> Curve:
+    """Returns the resistance [kN] against the penetration [m].
+
+    cells: of the grid, to the diameter.
+    """
+    steps = round(STEPS * WAY * cells)
+    changes = {"grid.cell_size": DIAMETER / cells, "schedule.steps": steps}
+    return run_contact(varied(example(PROBLEM), changes)).curve("footing", 1, -1.0)
+
+
+def peak(curve: Curve) -> tuple[float, float]:
+    """Returns penetration [m] and size [kN] of the greatest resistance."""
+    number = int(curve.force.argmax())
+    return float(curve.displacement[number]), float(curve.force[number])
+
+
+def drop(curve: Curve) -> float:
+    """Returns by how much of its peak the resistance falls after it [-]."""
+    way, greatest = peak(curve)
+    return 1.0 - float(curve.after(way).force.min()) / greatest
+
+
+def peak_in_range(curve: Curve, cells: int) -> Iterator[Comparison]:
+    """Rows: the peak lies between the two formulas, or not far beyond."""
+    _, found = peak(curve)
+    least, most = load_spread(SPREAD), punch_through()
+    name = f"peak resistance, h D/{cells}"
+    yield at_least(
+        f"{name}, least", found, (1.0 - WIDER) * least, 0.0, f"load spread 1:{SPREAD:g} less 15 %",
+        "kN",
+    )  # fmt: skip
+    above = max(0.0, found - (1.0 + WIDER) * most)
+    source = "Lee et al. 2013 with Hu et al. 2014 and 15 %, from memory"
+    yield Comparison(f"{name}, most", "kN", found, (1.0 + WIDER) * most, above, 0.0, source)
+
+
+def load_spread(spread: float) -> float:
+    """Returns the capacity of the clay under the footing spread through the sand [kN].
+
+    A footing of diameter D + 2 H / spread on the clay's surface with the bearing factor of a rough
+    circle; that of SNAME T&R 5-5A, 2008, and ISO 19905-1, without its depth factor. The overburden
+    beside the fictitious footing and the weight of the sand below the real one nearly cancel.
+
+    spread: depth over which the load spreads by one to each side; 3 to 5 [-].
+    """
+    diameter = DIAMETER + 2.0 * SAND / spread
+    return 0.25 * math.pi * diameter**2 * CIRCULAR_FOOTING["rough"] * STRENGTH
+
+
+def punch_through() -> float:
+    """Returns the peak resistance of sand over clay by Lee et al. [kN].
+
+    K.K. Lee, M.F. Randolph, M.J. Cassidy, Géotechnique 63(15), 2013, 1285-1297: silo of sand whose
+    wall is inclined by the angle of dilation, stress along it with the exponent E*; distribution
+    factor D_F = 0.642 (H / D)^-0.576 of P. Hu, S.A. Stanier, M.J. Cassidy, D. Wang, Géotechnique
+    64(10), 2014. Both from memory; the fit of the former for flat bases gives a quarter less.
+    """
+    ratio = SAND / DIAMETER
+    tangent, sine = math.tan(DILATION), math.sin(FRICTION)
+    reduced = sine * math.cos(DILATION) / (1.0 - sine * math.sin(DILATION))  # non-associated flow
+    factor = 0.642 * math.pow(ratio, -0.576)
+    exponent = 2.0 * (1.0 + factor * (reduced / tangent - 1.0))
+    widening = 1.0 + 1.76 * ratio * tangent  # 0.88 H of sand below the footing at the peak
+    clay = CIRCULAR_FOOTING["rough"] * STRENGTH + 0.12 * UNIT_WEIGHT * SAND
+    weight = UNIT_WEIGHT * DIAMETER / (2.0 * tangent * (exponent + 1.0))
+    own = 1.0 - (1.0 - 1.76 * ratio * exponent * tangent) * math.pow(widening, exponent)
+    pressure = clay * math.pow(widening, exponent) + weight * own
+    return 0.25 * math.pi * DIAMETER**2 * pressure
