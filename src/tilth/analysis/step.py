@@ -324,17 +324,20 @@ def corrected(
 ) -> State:
     """Takes the first share of `correction` that lowers the residual, else the best one."""
     nodal, unknowns = correction
-    best: State | None = None
+
+    def at(share: float) -> State:
+        return residual.at(now.displacement + share * nodal, now.unknowns + share * unknowns)
+
+    best, least = 0.0, math.inf
     for share in shares:
         try:
-            trial = residual.at(now.displacement + share * nodal, now.unknowns + share * unknowns)
+            trial = at(share)
         except StepFailed:
-            if share == shares[-1] and best is None:
+            if share == shares[-1] and best == 0.0:
                 raise
             continue
-        if trial.free <= (1.0 - 1e-4 * share) * now.free:
+        if len(shares) == 1 or trial.free <= (1.0 - 1e-4 * share) * now.free:
             return trial
-        if best is None or trial.free < best.free:
-            best = trial
-    assert best is not None
-    return best
+        if trial.free < least or best == 0.0:
+            best, least = share, trial.free
+    return at(best)  # once more: the terms keep the state of the last call
