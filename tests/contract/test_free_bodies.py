@@ -126,13 +126,18 @@ def test_a_body_is_at_rest_after_a_step_of_equilibrium() -> None:
     assert not body.inertia.motion.velocity.any()
 
 
+def stated(energies: Energies) -> float:
+    """What of the numerical dissipation is stated."""
+    return energies.integration + energies.stabilisation + energies.gaps
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["plane_strain", *map(long, ("axisymmetric", "3d"))])
 def test_a_weight_that_is_dropped_on_clay_comes_to_rest(kind: str) -> None:
     """The soil then carries its weight; it has spent the energy of the fall on the clay.
 
     Of that energy a tenth at most is not found in the work and in the impacts, and of the work a
-    tenth at most is lost beyond what the time integration takes.
+    tenth at most is lost beyond what is stated.
     """
     small = {"steps": 100, **SMALL} if kind == "3d" else {"steps": 200}
     entries = falling(kind, end=0.5, **small)
@@ -154,8 +159,8 @@ def test_a_weight_that_is_dropped_on_clay_comes_to_rest(kind: str) -> None:
     assert -0.5 * RADIUS < body.displacement[-1] < -0.02
     spent = start - body.inertia.energy() - mass * GRAVITY * body.displacement[-1]
     assert energies.work + impacts == pytest.approx(spent, rel=0.1)
-    numerical = energies.value("numerical_dissipation", simulation, schedule.end)
-    assert -0.02 * energies.work < numerical < 0.1 * energies.work + energies.integration
+    lost = energies.value("numerical_dissipation", simulation, schedule.end) - stated(energies)
+    assert -0.02 * energies.work < lost < 0.1 * energies.work
 
 
 @pytest.mark.slow
@@ -218,7 +223,8 @@ def test_an_impact_on_elastic_soil_gains_no_energy(rho: float) -> None:
 def test_the_soil_gets_the_energy_that_the_body_loses(strength: float | None) -> None:
     """But for that of the impacts, h^2 F^2 / (2 m) in a step, which Moreau's time stepping loses.
 
-    Of the work a tenth at most is lost beyond what the time integration takes, and none is created.
+    It gets the work of the body but for that on gaps. Of the work a hundredth at most is lost or
+    created beyond what is stated.
     """
     entries = falling("plane_strain", strength=strength, end=0.05) | {"loads": []}
     simulation = Simulation(Model.from_dict(entries))
@@ -232,6 +238,6 @@ def test_the_soil_gets_the_energy_that_the_body_loses(strength: float | None) ->
         energies.add(simulation.advance(*times))
         impacts += (schedule.first_step * body.force[1]) ** 2 / (2.0 * mass)
     lost = start - body.inertia.energy()
-    assert energies.work + impacts == pytest.approx(lost, rel=0.05)
+    assert energies.work - energies.gaps + impacts == pytest.approx(lost, rel=0.05)
     numerical = energies.value("numerical_dissipation", simulation, 0.05)
-    assert 0.0 <= numerical < 0.1 * energies.work + energies.integration
+    assert abs(numerical - stated(energies)) < 0.01 * energies.work

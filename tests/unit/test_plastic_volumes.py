@@ -39,7 +39,7 @@ def punched(dilation_angle: float, model: str = "mohr_coulomb", **body: Any) -> 
             {"name": "left", "type": "plane", "axis": "x", "at": 0.0, "condition": "roller"},
         ],
         "loads": [
-            {"type": "surface", "body": "block", "pressure": 85.0, "start": [2.0, 4.0],
+            {"type": "surface", "body": "block", "pressure": 100.0, "start": [2.0, 4.0],
              "end": [0.0, 4.0]},
         ],
         "schedule": {"steps": 1},

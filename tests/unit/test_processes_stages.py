@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -93,16 +94,21 @@ except AnalysisFailed as error:
 
 
 def test_a_failed_step_is_told_as_by_the_serial_run() -> None:
-    """With the worst point, wherever it is, and the likely causes."""
+    """With the worst point, wherever it is, and the likely causes.
+
+    But for the residuals of an iteration that does not converge, which round-off changes.
+    """
     failing = slope()
-    failing["materials"]["clay"]["undrained_shear_strength"] = 1.0
+    failing["materials"]["clay"]["undrained_shear_strength"] = 0.1
     failing["analysis"]["maximum_iterations"] = 2
     failing["schedule"] = {"steps": 2, "minimum_step": 0.05}
     failing["loads"][0]["factor"] = [[0.0, 0.0], [1.0, 1.0]]
     source = FAILURE.replace("ENTRIES", repr(failing))
-    serial = run_python(source, 1)
+    serial, found = (
+        re.sub("relative residuals: .*?;", "", run_python(source, each)) for each in (1, 3)
+    )
     assert "worst point" in serial
-    assert run_python(source, 3) == serial
+    assert found == serial
 
 
 SAFETY = """

@@ -342,7 +342,7 @@ def _in_water(entries: dict[str, Any]) -> None:
 def _undrained(entries: dict[str, Any]) -> None:
     """Clay with excess pore pressures."""
     entries["materials"]["soil"] = material_entries(
-        "undrained_mohr_coulomb", cohesion=11.0, friction_angle=5.0, dilation_angle=0.0,
+        "undrained_mohr_coulomb", cohesion=9.0, friction_angle=5.0, dilation_angle=0.0,
         young_modulus=5e3, pore_fluid_bulk_modulus=5e4,
     )  # fmt: skip
 
