@@ -42,7 +42,7 @@ every_kind = pytest.mark.parametrize("kind", KINDS)
 every_basis = pytest.mark.parametrize("basis", BASES)
 every_spacing = pytest.mark.parametrize("spacing", SPACINGS)
 GAMMA = 0.005
-FORGOTTEN_STRAIN = 1e-4
+FORGOTTEN_STRAIN = 1e-6
 """Strain after which the elastic share is that of the last step (kernel/advance.hpp)."""
 
 

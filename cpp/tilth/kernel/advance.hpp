@@ -34,7 +34,7 @@ struct ConvergedArrays {
 
 /// Deviatoric strain after which the elastic share is that of the last step: a step in which next
 /// to nothing moves does not say whether the soil flows.
-constexpr double forgotten_strain = 1e-4;
+constexpr double forgotten_strain = 1e-6;
 
 /// Share of the last deviatoric strain that was elastic; `plastic` is the step's increment of
 /// equivalent plastic strain, sqrt(2/3) of the tensor's norm, `before` the share before the step.

@@ -65,7 +65,7 @@ def warn(
     moved: Floats,
 ) -> None:
     """Warns of probable mistakes in a committed step; moved: displacement of the points."""
-    warnings, grid, driven = simulation.run_warnings, simulation.grid, step.driven
+    warnings, grid = simulation.run_warnings, simulation.grid
     warnings.bounds(bound_domains(simulation.points, grid))
     if step.active.fields > 1:
         warnings.unpaired(simulation.model, simulation.points, grid)
@@ -75,8 +75,13 @@ def warn(
         )
         free = simulation.is_forced or simulation.relaxes
         if not free and np.array_equal(balance.load_before, equilibrium.load):
+            driven = np.abs(step.conditions.increment).max(
+                initial=step.constraints.largest_increment()
+            )
             predictor = simulation.model.analysis.predictor
-            warnings.jump(moved, driven, simulation.points, grid.cell_size, step.after, predictor)
+            warnings.jump(
+                moved, float(driven), simulation.points, grid.cell_size, step.after, predictor
+            )
 
 
 def move_surfaces(

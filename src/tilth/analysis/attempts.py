@@ -18,12 +18,11 @@ import numpy as np
 
 from tilth.analysis.creep import crept_to_rest
 from tilth.analysis.predictor import Predictor
-from tilth.analysis.residual import Newton, Residual
+from tilth.analysis.residual import Newton
 from tilth.analysis.run_warnings import JUMP, NO_JUMP, RunWarnings
 from tilth.analysis.step import Equilibrium, solve_step
 from tilth.analysis.step_result import PreparedStep
 from tilth.arrays import Floats
-from tilth.comm import together
 from tilth.errors import StepFailed
 from tilth.mpm.soil import Soil
 from tilth.terms.balance import Balance
@@ -32,10 +31,6 @@ from tilth.terms.protocol import Changes
 
 if TYPE_CHECKING:
     from tilth.analysis.simulation import Simulation
-
-LARGEST_GROWTH = 2.0
-"""Volume of a material point over that at the start of a step without inertia [-], at most: soil in
-equilibrium grows less, and soil that nothing holds any more without end."""
 
 
 def solve(
@@ -77,14 +72,10 @@ def solve(
             explained = explained_motion(step, guess)
 
     def solved(newton: Newton, guess: Floats | None, unknowns: Floats | None = None) -> Equilibrium:
-        found = solve_step(
+        return solve_step(
             balance, step.conditions, simulation.solver, newton, simulation.timers, guess,
             on_iteration, unknowns,
         )  # fmt: skip
-        if dynamics is None and step.after > step.before:
-            with together(simulation.comm):
-                require_little_growth(soil, found)
-        return found
 
     resting = predictor if simulation.contact_surfaces else None
     try:
@@ -96,30 +87,11 @@ def solve(
             raise
         balance.restart(Changes.USUAL)
         begun = np.where(step.conditions.constrained, step.conditions.increment, 0.0)
-        residual = Residual(balance, step.conditions.constrained)
-        newton = next((each for each in attempts if each.line_search), attempts[0])
-        found = crept_to_rest(simulation, step, soil, solved, drag, newton, begun, residual)
+        found = crept_to_rest(simulation, step, soil, solved, drag, attempts[0], begun)
         if found is None:
             raise
         simulation.run_warnings.crept(failure.reason, step.after)
         return found
-
-
-def require_little_growth(soil: Soil, found: Equilibrium) -> None:
-    """Checks how much the volumes of points grow in a step without inertia.
-
-    Raises:
-        StepFailed: one grows by more than `LARGEST_GROWTH`.
-    """
-    growth, _ = soil.step_inverses(found.displacement)
-    torn = int(growth.argmax()) if len(growth) else 0
-    if len(growth) and growth[torn] > LARGEST_GROWTH:
-        raise StepFailed(
-            f"the volume of a material point grows {growth[torn]:.3g} times in one step: it is "
-            "torn off, and nothing holds it",
-            point=int(soil.points.point_id[torn]),
-            residuals=found.residuals,
-        )
 
 
 def solve_in_attempts(
@@ -178,9 +150,11 @@ def explained_motion(step: PreparedStep, guess: Floats) -> float:
 
     guess: nodal displacement, shape (nodes, dim).
     """
+    prescribed = float(np.abs(step.conditions.increment).max(initial=0.0))
+    driven = max(prescribed, step.constraints.largest_increment())
     motion = step.active.comm.max(float(np.abs(guess).max(initial=0.0)))
     cell = float(step.active.grid.cell_size.min())
-    return max(JUMP * max(motion, step.driven), NO_JUMP * cell)
+    return max(JUMP * max(motion, step.active.comm.max(driven)), NO_JUMP * cell)
 
 
 def _motion(displacement: Floats, balance: Balance) -> float:

@@ -394,9 +394,7 @@ class Simulation:
         is_least: whether the step cannot be shortened. Soil that passes through a boundary then
             only gives a warning.
         is_short: whether it was shortened so much that its failure is not put down to its size.
-            Where Newton's method finds no equilibrium the soil then creeps to it, if there is one;
-            in a step in which boundaries or bodies drive it however long it is. Not where it is to
-            move with inertia beyond a limit load.
+            Where Newton's method finds no equilibrium the soil then creeps to it, if there is one.
 
         Raises:
             StepFailed: no equilibrium, an inverted point, a point that left the grid, soil that
@@ -407,7 +405,7 @@ class Simulation:
         step = self.prepare(before, after)
         soil = self.soil_on(step.active)
         terms, drag = self.terms(step, soil), None
-        if (is_short or step.driven > 0.0) and self.dynamics is None and self.relaxation is None:
+        if is_short and self.dynamics is None and self.relaxation is None:
             drag = Drag.of(step.active)
             terms.append(drag)
         with self.timers.measure("basis"):  # for this includes the matrix's pattern

@@ -39,7 +39,7 @@ REFINEMENTS, REFINED, MOST_REFINEMENTS = 8, 0.3, 25
 """How often they do: after so many times their change must be below this share of the first one,
 or the path is good enough; and how often at most."""
 
-LINE_SEARCH = tuple(0.5**halvings for halvings in range(7))
+LINE_SEARCH = (1.0, 0.5, 0.25, 0.125)
 """Shares of a correction that a line search tries, in this order."""
 
 
@@ -136,7 +136,7 @@ def solve_step(
         reuse = reused(residuals[begun:], reuse, newton)
         try:
             correction = linearised.correction(now, prescribed, tolerance, reuse)
-            now = corrected(residual, now, correction, shares)
+            now = _corrected(residual, now, correction, shares)
         except SolveFailed as error:
             raise StepFailed(str(error), residuals=residuals) from error
         except StepFailed as failure:
@@ -319,25 +319,19 @@ def forcing_term(relative: float, tolerance: float) -> float:
     return min(max(0.1 * tolerance / relative, FORCING_TERM), LARGEST_FORCING_TERM)
 
 
-def corrected(
+def _corrected(
     residual: Residual, now: State, correction: tuple[Floats, Floats], shares: tuple[float, ...]
 ) -> State:
-    """Takes the first share of `correction` that lowers the residual, else the best one."""
+    """Takes the first share of `correction` that lowers the residual, else the last one."""
     nodal, unknowns = correction
-
-    def at(share: float) -> State:
-        return residual.at(now.displacement + share * nodal, now.unknowns + share * unknowns)
-
-    best, least = 0.0, math.inf
     for share in shares:
+        last = share == shares[-1]
         try:
-            trial = at(share)
+            trial = residual.at(now.displacement + share * nodal, now.unknowns + share * unknowns)
         except StepFailed:
-            if share == shares[-1] and best == 0.0:
+            if last:
                 raise
             continue
-        if len(shares) == 1 or trial.free <= (1.0 - 1e-4 * share) * now.free:
+        if last or trial.free <= (1.0 - 1e-4 * share) * now.free:
             return trial
-        if trial.free < least or best == 0.0:
-            best, least = share, trial.free
-    return at(best)  # once more: the terms keep the state of the last call
+    raise AssertionError("a line search tries at least one step")
