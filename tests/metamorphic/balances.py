@@ -13,7 +13,6 @@ from metamorphic.bounds import (
     CROSSING_ENERGY,
     LARGEST_GAP,
     LEAST_DISSIPATION,
-    LEAST_FRICTION,
     OF_WATER,
     STEP_ENERGY,
 )
@@ -66,8 +65,7 @@ def _dissipation(subject: Subject) -> Iterator[str]:
         most = max(abs(energy) for energy in moment.energies.values())
         for name in LOST:
             gain = moment.energies[name] - before[name]
-            least = LEAST_FRICTION if name == "friction_dissipation" else LEAST_DISSIPATION
-            if gain < -least * most and (
+            if gain < -LEAST_DISSIPATION * most and (
                 name != "plastic_dissipation" or subject.choice["stages"] not in CHANGES_ENERGY
             ):
                 yield f"{name} {gain / most:.1e} of the energy at time {moment.time:g}"

@@ -52,10 +52,6 @@ motion in a step: these points act on other nodes, in balance again after this m
 LEAST_DISSIPATION = 1e-9
 """Negative dissipation that is round-off, as a share of the energies."""
 
-LEAST_FRICTION = 0.01
-"""The same of friction: the trapezoidal rule gives half of the last traction to the motion of what
-comes loose in a step, which may be against it."""
-
 LARGEST_GAP = 0.25
 """Largest gap between two bodies that is carried in contact [cells]: the moments of the forces on
 the two differ by it (docs/theory/contact.md)."""

@@ -285,6 +285,22 @@ def test_energy_that_contact_adds_is_warned_of(radius: float | None) -> None:
     assert len(warnings.texts) == (radius is None)
 
 
+def test_soil_that_comes_loose_gets_nothing_from_friction() -> None:
+    """Soil that its weight has bulged springs back as it lifts off, against the last traction."""
+    plane = {"name": "plane", "type": "implicit", "geometry": flat([0.0, 0.0])}
+    plane |= {"contact": FRICTION, "wished_in_place": True}
+    left = {"name": "left", "type": "plane", "axis": "x", "at": 0.0, "condition": "roller"}
+    entries = with_inertia([plane, left], 2.0, 0.1, 5)
+    entries["grid"]["origin"] = [0.0, 0.1]
+    entries["analysis"]["inertia"] = {"scheme": "newmark"}
+    weight = [[0.0, 0.0], [0.05, 1.0], [0.06, 0.0]]
+    entries["loads"] = [{"type": "body_force", "acceleration": [0.0, -9.81], "factor": weight}]
+    energies, results = balance(entries)
+    assert not results[-1].resultant("plane").any()
+    assert min(result.friction_work for result in results) >= 0.0
+    assert abs(error_of(energies)) < 1e-3
+
+
 def with_inertia(boundaries: list[Entries], width: float, end: float, steps: int) -> Entries:
     """Half a metre of elastic soil (1 t/m for each metre of its width)."""
     return {

@@ -6,6 +6,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from tilth.arrays import Floats
 from tilth.boundaries.contact.constraint import Supports
 from tilth.boundaries.contact.law import ContactResponse
@@ -17,10 +19,11 @@ class SlipWork:
 
     Attributes:
         total: work of the surface, its force times its own motion, less that on the soil.
-        friction: what friction dissipates of it, by the slips.
-        gaps: what the normal tractions take of it where gaps close or open in the step: of soil
-            that comes into contact or leaves it, and of gaps that points carry in contact, whose
-            mean over a support is not zero as soon as the supports are others.
+        friction: what friction dissipates of it, by the slips; not negative.
+        gaps: what the tractions take of it where gaps close or open in the step: the normal ones of
+            soil that comes into contact or leaves it, and of gaps that points carry in contact,
+            whose mean over a support is not zero as soon as the supports are others; and the shear
+            tractions of soil that leaves against them.
         normal: integral of the normal traction over the surface at the end [force], tension > 0.
     """
 
@@ -38,6 +41,11 @@ def slip_work(
     By the trapezoidal rule, as all other work. What slides has its shear strength from the start of
     the step on, whatever traction it had while it stuck or slid another way.
 
+    Friction only takes energy. By the trapezoidal rule half of the traction at the start acts on
+    all of the motion of soil that comes loose, also against it, as where this soil springs back by
+    its Poisson ratio; in truth the traction is gone before. What it gives there is no friction, but
+    an error of the rule, as that of the normal traction on the gap that opens.
+
     Args:
         parts: supports with the mean gaps and slips (k, dim) of their multipliers at the end of the
             step, and the response to them.
@@ -54,8 +62,9 @@ def slip_work(
         mean = 0.5 * (before + response.traction)
         work = support.area * (mean[:, 1:] * end[:, 1:]).sum(axis=1)
         closing = float((support.area * mean[:, 0]) @ (end[:, 0] - support.gap))
+        slides = work[sliding | ~response.closed]
         total += float(work.sum()) + closing
-        friction += float(work[sliding | ~response.closed].sum())
-        gaps += closing
+        friction += float(np.maximum(slides, 0.0).sum())
+        gaps += closing + float(np.minimum(slides, 0.0).sum())
         normal += float(support.area @ response.traction[:, 0])
     return SlipWork(total, friction, gaps, normal)
