@@ -19,7 +19,7 @@ from tilth.boundaries.contact.measure import (
     measure,
     part_samples,
 )
-from tilth.boundaries.contact.supports import SLIVER, is_sliver
+from tilth.boundaries.contact.supports import SLIVER, is_sliver, without_small
 from tilth.boundaries.contact.surface import AWAY, NEVER
 from tilth.boundaries.contact.trace import domain_weights
 from tilth.geometry.quadrature import _tributary_parts
@@ -118,6 +118,16 @@ def test_slivers_are_supports_and_not_points() -> None:
     weight = SLIVER * 0.25 * np.array([0.5, 0.4, 0.2, 0.5, 0.4])
     found = is_sliver(owner, weight, np.full((len(owner), 2), 0.25))
     np.testing.assert_array_equal(found, [False, False, False, True, True])
+
+
+@pytest.mark.parametrize("more", [0.0, 1e-15, -1e-15, 2e-3, -2e-3])
+def test_hairs_of_soil_do_not_decide_which_supports_join(more: float) -> None:
+    """Two small supports beside a large one: the same of both first, and to the same side."""
+    owner = np.array([0, 0, 1, 2])
+    position = np.array([[0.0, 0.0], [0.5 - 1e-7 * more, 0.0], [1.0, 0.0], [1.5, 0.0]])
+    weight = np.array([0.5, 0.25, 0.25, 0.25 + more])
+    joined = without_small(owner, position, np.full((4, 2), [0.0, 1.0]), weight, np.ones((4, 2)))
+    np.testing.assert_array_equal(joined, [0, 0, 0, 0])
 
 
 def test_what_turned_round_beyond_its_strength_is_told() -> None:

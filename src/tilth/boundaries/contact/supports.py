@@ -10,6 +10,14 @@ from tilth.arrays import Flags, Floats, Integers
 LEAST_AREA = 0.3
 """Least area of a support in faces of a cell: the traction of a smaller one would oscillate."""
 
+EQUAL_AREA = 1.0 / 64.0
+"""Difference of the areas of two supports in faces of a cell below which they count as equal: what
+joins what must depend neither on round-off nor on soil that ends a hair beyond a line of the grid.
+The areas of points placed regularly, such as a quarter of a face, are multiples of it."""
+
+EQUAL_DISTANCE = 1e-6
+"""The same of two distances between points, in cells."""
+
 SLIVER = 0.02
 """Area of a support in faces of a cell below which it has no contact: soil that stands out beyond
 the edge of a body by as little, as beside an indented part of its surface, would be held there by
@@ -57,7 +65,7 @@ def without_small(
     """Returns the multiplier of each point, without those of small supports, numbered anew, (n,).
 
     A small support joins that of the nearest point beyond it with a similar normal; it stays if
-    there is none near.
+    there is none near. The smallest ones come first, of those alike the first by its number.
 
     Args:
         owner: multiplier of each point, shape (n,).
@@ -72,15 +80,17 @@ def without_small(
 
     owner = owner.copy()
     area = np.bincount(owner, weight)
-    least = LEAST_AREA * _least_face(owner, size, len(area))
-    small = np.argsort(area, kind="stable")
+    face = _least_face(owner, size, len(area))
+    least = LEAST_AREA * face
+    small = np.argsort(np.round(area / (EQUAL_AREA * face)), kind="stable")
     for number in small[area[small] < least[small]]:
         if area[number] >= least[number]:  # it has grown
             continue
         own, others = np.flatnonzero(owner == number), np.flatnonzero(owner != number)
         if len(own) == 0 or len(others) == 0:
             continue
-        reach = FARTHEST * float(size[own].max())
+        cell = float(size[own].max())
+        reach = FARTHEST * cell
         near = cKDTree(position[others]).query_ball_point(position[own], reach)
         best, nearest = -1, np.inf
         for point, found in zip(own, near, strict=True):
@@ -89,8 +99,9 @@ def without_small(
             if len(alike) == 0:
                 continue
             distance = np.linalg.norm(position[alike] - position[point], axis=1)
-            if distance.min() < nearest:
-                nearest, best = float(distance.min()), int(owner[alike[distance.argmin()]])
+            as_near = alike[distance <= distance.min() + EQUAL_DISTANCE * cell]
+            if distance.min() < nearest - EQUAL_DISTANCE * cell:
+                nearest, best = float(distance.min()), int(owner[as_near].min())
         if best >= 0:
             owner[own] = best
             area[best] += area[number]
