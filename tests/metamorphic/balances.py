@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -122,6 +122,14 @@ def _work_of_crossings(subject: Subject) -> float:
     """The sum of forces times motion over steps after which points are in other cells."""
     total = 0.0
     for before, after in pairwise(subject.run.moments):
-        if before.cell.shape == after.cell.shape and (before.cell != after.cell).any():
+        if come_into_other_cells([before, after]):
             total += after.size * float(np.abs(after.position - before.position).max())
     return total
+
+
+def come_into_other_cells(moments: Sequence[Moment]) -> bool:
+    """Whether points are in other cells after a step than after the one before."""
+    return any(
+        before.cell.shape == after.cell.shape and (before.cell != after.cell).any()
+        for before, after in pairwise(moments)
+    )

@@ -73,26 +73,30 @@ def matching(one: Run, other: Run, frame: Frame) -> Integers:
     return np.asarray(found)
 
 
-def difference(
+def differences(
     one: Run, other: Run, frame: Frame | None = None, *, by_boundary: bool = True
-) -> tuple[float, str]:
-    """The largest relative difference of two runs, and of what; infinite if they end differently.
+) -> list[tuple[float, str]]:
+    """The relative differences of two runs, and of what; infinite if they end differently.
 
     frame: of the other run as seen from the first one. by_boundary: whether the force of each
     boundary is compared; where two constrain a node it is that of the one declared first.
     """
     frame = frame or unchanged(one.initial.shape[1])
     if one.exit_code != other.exit_code or len(one.moments) != len(other.moments):
-        return np.inf, f"end: {_end(one)}; {_end(other)}"
+        return [(np.inf, f"end: {_end(one)}; {_end(other)}")]
     if not one.moments:
-        return 0.0, ""
+        return [(0.0, "")]
     match, scales = matching(one, other, frame), Scales.of(one)
-    found = [
+    return [
         each
         for a, b in zip(one.moments, other.moments, strict=True)
         for each in _differences(a, b, match, frame, scales, by_boundary)
     ]
-    return max(found)
+
+
+def difference(one: Run, other: Run) -> tuple[float, str]:
+    """The largest of these in the same frame."""
+    return max(differences(one, other))
 
 
 def _end(run: Run) -> str:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from metamorphic.overhang import on_lines, overhang
 from metamorphic.watched import last_balance, watched
 from tilth import Model
 from tilth.analysis.energies import Energies
@@ -31,6 +32,7 @@ class Moment:
         number: permanent numbers of the points, (n,).
         position, displacement: [length], (n, dim).
         cell: in which they are, (n, dim).
+        overhang: how far soil reaches over the line before the node that it touches least [length].
         stress: [stress], (n, 6).
         plastic_strain: [-], (n,).
         volume: relative to the initial one [-], (n,).
@@ -57,6 +59,7 @@ class Moment:
     position: Floats
     displacement: Floats
     cell: Integers
+    overhang: float
     stress: Floats
     plastic_strain: Floats
     volume: Floats
@@ -90,6 +93,7 @@ class Run:
         exit_code: of the command that would run it.
         warnings: of the set-up and of the steps.
         cell: shortest edge of a cell [length].
+        on_lines: whether points with linear functions begin on lines of the grid.
         model: what was run; None if it is no valid model.
     """
 
@@ -101,6 +105,7 @@ class Run:
     exit_code: int = 0
     warnings: list[str] = field(default_factory=list)
     cell: float = 0.0
+    on_lines: bool = False
 
     def at_regular_times(self, of: Run | None = None) -> Run:
         """The same with the moments at the regular times of a run only, its own if not given."""
@@ -123,6 +128,7 @@ class Listener:
         run.initial = points.position[order] - points.displacement[order]
         run.body = [analysis.model.bodies[k].name for k in points.body_id[order]]
         run.cell = float(np.min(analysis.simulation.grid.cell_size))
+        run.on_lines = on_lines(analysis.simulation)
         self._energies = Energies.at_start(analysis.simulation)
 
     def after_step(self, analysis: StagedAnalysis, result: StepResult) -> None:
@@ -170,6 +176,7 @@ def _moment(
         position=points.position[order],
         displacement=points.displacement[order],
         cell=np.floor(simulation.grid.in_cells(points.position[order])).astype(np.int64),
+        overhang=overhang(simulation),
         stress=points.stress[order],
         plastic_strain=points.plastic[order, 0],
         volume=np.linalg.det(points.deformation_gradient[order]),

@@ -12,12 +12,14 @@ import pytest
 
 from metamorphic import commands as commands_module
 from metamorphic.balances import faults as faults_of_balance
+from metamorphic.bounds import OF_COMMON_NODES, OF_PATCHES, of_patches, of_stress
 from metamorphic.build import entries_of
 from metamorphic.choices import PLAIN, Choice
 from metamorphic.command import found_faults, main, refused
 from metamorphic.compare import difference
 from metamorphic.covering import Covering
 from metamorphic.frames import Frame, turns
+from metamorphic.held import while_held
 from metamorphic.known import is_known
 from metamorphic.smaller import smaller
 from metamorphic.subject import Subject
@@ -104,6 +106,42 @@ def test_other_results_are_noticed() -> None:
     assert 0.0 < difference(one, changed)[0] < 1e-5
     changed.moments.pop()
     assert difference(one, changed)[0] == np.inf
+
+
+def test_soil_without_weight_is_compared_while_it_is_held() -> None:
+    subject = _plain(base="contact", contact="smooth", stages="loads")
+    one, other = while_held(subject, subject.run, subject.run)
+    assert len(one.moments) == len(other.moments) < len(subject.run.moments)
+    assert all(moment.forces["base"].any() for moment in one.moments)
+    held = _plain(stages="loads")
+    assert while_held(held, held.run, held.run)[0] is held.run
+
+
+@pytest.mark.parametrize(
+    ("basis", "expected"), [("linear", 0.5 * 0.75 * 0.75), ("gimp", 0.03), ("cpdi2", 0.03)]
+)
+def test_how_far_soil_hangs_over_a_line(basis: str, expected: float) -> None:
+    """Soil that ends 0.03 over a line; points of a linear basis do not come near one."""
+    choice = {**PLAIN, "basis": basis}
+    entries = entries_of(choice, "plain")
+    if basis != "linear":
+        entries["bodies"][0]["shape"]["upper"][1] = 1.03
+    del entries["loads"]
+    run = Subject(entries, choice, "plain").run
+    assert run.moments[0].overhang == pytest.approx(expected)
+
+
+def test_surfaces_less_than_two_cells_apart_have_nodes_in_common() -> None:
+    subject = _plain(base="implicit_fixed", driver="footing")
+    assert of_patches(subject) == OF_PATCHES[2]
+    subject.entries["boundaries"][-1]["geometry"]["centre"][1] = 0.9
+    assert of_patches(subject) == OF_COMMON_NODES
+
+
+def test_stresses_may_differ_by_their_change_within_a_cell() -> None:
+    subject = _plain(base="implicit_fixed")
+    assert of_stress(subject, 1e-6) == 1e-6
+    assert 0.25 < of_stress(subject, 0.25) < 1.0
 
 
 def test_wrong_exit_codes_are_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
