@@ -32,6 +32,10 @@ AT_REST, DIES_OUT = 0.2, 0.5
 """Motion of soil in a stage in which nothing changes, as a share of its displacement; and in
 further such steps, as a share of that motion: the change of basis is of the order of the strain."""
 
+OF_STRIPS = 1.0
+"""The same where a narrow strip of soil has come over a line of the grid: it moves by its strain
+out of balance times a cell (`_hangs_over`), in soil a few cells high as far as all of it has."""
+
 STILL = 1e-3
 """Motion of soil at rest in a step that counts as none, as a share of its displacement: of the
 order of the square of the strain."""

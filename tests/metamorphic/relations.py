@@ -17,6 +17,7 @@ from metamorphic.bounds import (
     HALVED,
     LEAST_OF_HALVED,
     LEFT_OF_HALVED,
+    OF_STRIPS,
     STILL,
     UNLOADED,
     by_round_off,
@@ -30,7 +31,7 @@ from metamorphic.frames import Frame, turns
 from metamorphic.held import while_held
 from metamorphic.models import CELL
 from metamorphic.resumed import resumed_run
-from metamorphic.runs import Run, run_in_memory
+from metamorphic.runs import Moment, Run, run_in_memory
 from metamorphic.subject import Subject
 from metamorphic.transformed import transformed
 from tilth import _core
@@ -149,7 +150,7 @@ def halved(subject: Subject) -> Iterator[str]:
     ]
     (first, _), (second, what) = difference(*runs[:2]), difference(*runs[1:])
     if second > max(HALVED * first, LEAST_OF_HALVED) and not (
-        _crosses_lines(subject, runs) or _hangs_over(subject.run)
+        _crosses_lines(subject, runs) or _hangs_over(subject.run.moments)
     ):
         yield f"differences {first:.1e} of halved steps and {second:.1e} of quarters: {what}"
 
@@ -164,7 +165,7 @@ def _crosses_lines(subject: Subject, runs: list[Run]) -> bool:
     )
 
 
-def _hangs_over(run: Run) -> bool:
+def _hangs_over(moments: list[Moment]) -> bool:
     """Whether soil reaches less far over a line of the grid than it moves in a step.
 
     A node beyond the line, that only a strip of the width d touches, moves d / h of its own way
@@ -176,7 +177,7 @@ def _hangs_over(run: Run) -> bool:
     """
     return any(
         before.overhang < float(np.abs(after.position - before.position).max())
-        for before, after in pairwise(run.moments)
+        for before, after in pairwise(moments)
         if before.position.shape == after.position.shape
     )
 
@@ -185,7 +186,9 @@ def rest(subject: Subject) -> Iterator[str]:
     """While nothing changes the soil moves by what the change of basis explains, less and less.
 
     Points of a linear basis that come into other cells act on other nodes, which the next step, or
-    the next stage little by little, brings back into balance: as often as they do.
+    the next stage little by little, brings back into balance: as often as they do. Where patches
+    change from step to step, as under a sphere that soil has just touched, the soil has moved for
+    other means than those that it is now held by.
     """
     run, before = run_in_memory(with_rest(subject.entries)), len(subject.run.moments)
     if run.exit_code:
@@ -197,7 +200,8 @@ def rest(subject: Subject) -> Iterator[str]:
         for earlier, after in pairwise(moments)
     ]
     largest = Scales.of(subject.run).length
-    if max(moved) > AT_REST * largest:
+    most = max(AT_REST, of_patches(subject), OF_STRIPS if _hangs_over(moments) else 0.0)
+    if max(moved) > most * largest:
         yield f"soil at rest moves by {max(moved) / largest:.1e} of its displacement"
     elif moved[-1] > max(DIES_OUT * moved[0], STILL * largest) and not (
         subject.choice["basis"] == "linear" and come_into_other_cells(moments[:-1])
