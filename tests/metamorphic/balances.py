@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
@@ -16,6 +16,7 @@ from metamorphic.bounds import (
     OF_WATER,
     STEP_ENERGY,
 )
+from metamorphic.lines import come_into_other_cells, hang_over, motion
 from metamorphic.models import CELL, TOLERANCE
 from metamorphic.runs import Moment
 from metamorphic.subject import Subject
@@ -93,8 +94,8 @@ def _energy(subject: Subject) -> Iterator[str]:
         share += OF_WATER
     gone = sum(abs(last[name]) for name in (*LOST, "radiation"))
     bound = share * size + gone + TOLERANCE * size + CONTACT_ENERGY * _work_of_contact(subject)
-    if subject.choice["basis"] == "linear":
-        bound += CROSSING_ENERGY * _work_of_crossings(subject)
+    linear = subject.choice["basis"] == "linear"
+    bound += CROSSING_ENERGY * _work_of_crossings(run.moments, linear)
     if error > bound:
         yield f"energy {error / size:.1e} of {size:.1e} is not found, at most {bound / size:.1e}"
 
@@ -118,18 +119,13 @@ def _work_of_contact(subject: Subject) -> float:
     return total
 
 
-def _work_of_crossings(subject: Subject) -> float:
-    """The sum of forces times motion over steps after which points are in other cells."""
-    total = 0.0
-    for before, after in pairwise(subject.run.moments):
-        if come_into_other_cells([before, after]):
-            total += after.size * float(np.abs(after.position - before.position).max())
+def _work_of_crossings(moments: list[Moment], linear: bool) -> float:
+    """The sum of forces times motion over the steps that begin out of balance at lines of the grid.
+
+    With linear functions those after which points are in other cells.
+    """
+    over, total = hang_over(moments), 0.0
+    for (before, after), begins in zip(pairwise(moments), over, strict=True):
+        if begins or (linear and come_into_other_cells([before, after])):
+            total += after.size * motion(before, after)
     return total
-
-
-def come_into_other_cells(moments: Sequence[Moment]) -> bool:
-    """Whether points are in other cells after a step than after the one before."""
-    return any(
-        before.cell.shape == after.cell.shape and (before.cell != after.cell).any()
-        for before, after in pairwise(moments)
-    )

@@ -34,7 +34,7 @@ further such steps, as a share of that motion: the change of basis is of the ord
 
 OF_STRIPS = 1.0
 """The same where a narrow strip of soil has come over a line of the grid: it moves by its strain
-out of balance times a cell (`_hangs_over`), in soil a few cells high as far as all of it has."""
+out of balance times a cell (`hang_over`), in soil a few cells high as far as all of it has."""
 
 STILL = 1e-3
 """Motion of soil at rest in a step that counts as none, as a share of its displacement: of the
@@ -62,8 +62,9 @@ CONTACT_ENERGY = 0.5
 in it is taken to grow from its start on, but may act through all of the motion, or through none."""
 
 CROSSING_ENERGY = 0.5
-"""The same of points that come into another cell with linear functions, over the forces times the
-motion in a step: these points act on other nodes, in balance again after this motion."""
+"""The same of points that come into another cell with linear functions, and of narrow strips over a
+line of the grid, over the forces times the motion in a step: these points act on other nodes, and
+are in balance again after this motion."""
 
 LEAST_DISSIPATION = 1e-9
 """Negative dissipation that is round-off, as a share of the energies."""

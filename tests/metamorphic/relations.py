@@ -10,7 +10,6 @@ from itertools import pairwise
 import numpy as np
 
 from metamorphic import balances, bounds
-from metamorphic.balances import come_into_other_cells
 from metamorphic.bounds import (
     AT_REST,
     DIES_OUT,
@@ -29,9 +28,10 @@ from metamorphic.commands import commands
 from metamorphic.compare import Scales, difference, differences
 from metamorphic.frames import Frame, turns
 from metamorphic.held import while_held
+from metamorphic.lines import come_into_other_cells, hang_over
 from metamorphic.models import CELL
 from metamorphic.resumed import resumed_run
-from metamorphic.runs import Moment, Run, run_in_memory
+from metamorphic.runs import Run, run_in_memory
 from metamorphic.subject import Subject
 from metamorphic.transformed import transformed
 from tilth import _core
@@ -150,7 +150,7 @@ def halved(subject: Subject) -> Iterator[str]:
     ]
     (first, _), (second, what) = difference(*runs[:2]), difference(*runs[1:])
     if second > max(HALVED * first, LEAST_OF_HALVED) and not (
-        _crosses_lines(subject, runs) or _hangs_over(subject.run.moments)
+        _crosses_lines(subject, runs) or any(hang_over(subject.run.moments))
     ):
         yield f"differences {first:.1e} of halved steps and {second:.1e} of quarters: {what}"
 
@@ -162,23 +162,6 @@ def _crosses_lines(subject: Subject, runs: list[Run]) -> bool:
         for run in runs[1:]
         for one, other in zip(runs[0].moments, run.moments, strict=False)
         if one.cell.shape == other.cell.shape
-    )
-
-
-def _hangs_over(moments: list[Moment]) -> bool:
-    """Whether soil reaches less far over a line of the grid than it moves in a step.
-
-    A node beyond the line, that only a strip of the width d touches, moves d / h of its own way
-    with the soil, h being a cell, until its force is zero, as exactly as that of any other node.
-    With soil out of balance by the stress s, of the modulus E, it is that by s d / h, against the
-    stiffness E (d / h)^2 / h: the strip moves by h s / E, however narrow it is. A motion u changes
-    d by u, and so what is in balance by the share u / d: the results of steps come nearer to each
-    other only once these motions are small against d.
-    """
-    return any(
-        before.overhang < float(np.abs(after.position - before.position).max())
-        for before, after in pairwise(moments)
-        if before.position.shape == after.position.shape
     )
 
 
@@ -200,7 +183,7 @@ def rest(subject: Subject) -> Iterator[str]:
         for earlier, after in pairwise(moments)
     ]
     largest = Scales.of(subject.run).length
-    most = max(AT_REST, of_patches(subject), OF_STRIPS if _hangs_over(moments) else 0.0)
+    most = max(AT_REST, of_patches(subject), OF_STRIPS if any(hang_over(moments)) else 0.0)
     if max(moved) > most * largest:
         yield f"soil at rest moves by {max(moved) / largest:.1e} of its displacement"
     elif moved[-1] > max(DIES_OUT * moved[0], STILL * largest) and not (
