@@ -18,7 +18,7 @@ import numpy as np
 
 from tilth.analysis.creep import crept_to_rest
 from tilth.analysis.predictor import Predictor
-from tilth.analysis.residual import Newton
+from tilth.analysis.residual import Newton, Residual
 from tilth.analysis.run_warnings import JUMP, NO_JUMP, RunWarnings
 from tilth.analysis.step import Equilibrium, solve_step
 from tilth.analysis.step_result import PreparedStep
@@ -87,7 +87,12 @@ def solve(
             raise
         balance.restart(Changes.USUAL)
         begun = np.where(step.conditions.constrained, step.conditions.increment, 0.0)
-        found = crept_to_rest(simulation, step, soil, solved, drag, attempts[0], begun)
+        last = replace(
+            attempts[0], line_search=True, takes_best=True,
+            maximum_iterations=2 * simulation.model.analysis.maximum_iterations,
+        )  # fmt: skip
+        residual = Residual(balance, step.conditions.constrained)
+        found = crept_to_rest(simulation, step, soil, solved, drag, last, begun, residual)
         if found is None:
             raise
         simulation.run_warnings.crept(failure.reason, step.after)
@@ -150,11 +155,9 @@ def explained_motion(step: PreparedStep, guess: Floats) -> float:
 
     guess: nodal displacement, shape (nodes, dim).
     """
-    prescribed = float(np.abs(step.conditions.increment).max(initial=0.0))
-    driven = max(prescribed, step.constraints.largest_increment())
     motion = step.active.comm.max(float(np.abs(guess).max(initial=0.0)))
     cell = float(step.active.grid.cell_size.min())
-    return max(JUMP * max(motion, step.active.comm.max(driven)), NO_JUMP * cell)
+    return max(JUMP * max(motion, step.driven), NO_JUMP * cell)
 
 
 def _motion(displacement: Floats, balance: Balance) -> float:
