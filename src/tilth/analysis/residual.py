@@ -98,6 +98,13 @@ def newton_attempts(analysis: Analysis, round_off: float, contact: bool) -> list
     return attempts
 
 
+def most_patient(newton: Newton) -> Newton:
+    """Returns how pseudo-steps of soil that creeps are solved."""
+    return replace(
+        newton, line_search=True, takes_best=True, maximum_iterations=2 * newton.maximum_iterations
+    )
+
+
 class Residual:
     """The residual as a function of displacement and global unknowns.
 

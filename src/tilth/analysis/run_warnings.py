@@ -146,8 +146,8 @@ class RunWarnings:
         self.note(
             "crept",
             f"Newton's method failed in the step to time {time:.6g} ({reason}); the soil was let "
-            "go against a drag until it came to rest in an equilibrium; later steps may need it "
-            "too, without a further warning",
+            "go against a drag until it came to rest; later steps may need it too, without a "
+            "further warning",
         )
 
     def falls(self, borne: float, time: float) -> None:

@@ -172,7 +172,7 @@ class Simulation:
         self.contact_surfaces = [s for s in self.implicit if isinstance(s, ContactSurface)]
         touching = bool(self.contact_surfaces or self.body_contacts)
         self.is_forced = any(body.free.any() for body in self.bodies)
-        self._has_friction = bool((shear_strength(self.points, model)[1] > 0.0).any())
+        self.has_friction = bool((shear_strength(self.points, model)[1] > 0.0).any())
         self.attempts = newton_attempts(model.analysis, self.round_off, touching)
         self.run_warnings.bounds(bound_domains(self.points, self.grid))
 
@@ -407,7 +407,7 @@ class Simulation:
         step = self.prepare(before, after)
         soil = self.soil_on(step.active)
         terms, drag = self.terms(step, soil), None
-        creeps = is_short or (step.driven > 0.0 and self._has_friction)
+        creeps = is_short or (step.driven > 0.0 and self.has_friction)
         if creeps and self.dynamics is None and self.relaxation is None:
             drag = Drag.of(step.active)
             terms.insert(-1, drag)
