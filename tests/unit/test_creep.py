@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import cast
 
@@ -11,16 +12,19 @@ import numpy as np
 import pytest
 
 from tilth import AnalysisFailed, StrengthReduction
-from tilth.analysis.creep import LEAST_SIZE, PSEUDO_STEPS, creep
+from tilth.analysis.creep import LEAST_SIZE, PSEUDO_STEPS, creep, crept_to_rest
 from tilth.analysis.mechanism import moving_cells
-from tilth.analysis.residual import Newton
+from tilth.analysis.residual import Newton, Residual
 from tilth.analysis.safety_search import MOST_UNDECIDED, Outcome, Search, Trial
+from tilth.analysis.simulation import Simulation
 from tilth.analysis.step import Equilibrium
+from tilth.analysis.step_result import PreparedStep
 from tilth.arrays import Floats
 from tilth.comm import SERIAL
 from tilth.errors import StepFailed
 from tilth.mpm.grid import ActiveGrid, Grid
 from tilth.mpm.points import MaterialPoints
+from tilth.mpm.soil import Soil
 from tilth.solvers.bordered_system import equilibrated
 from tilth.solvers.protocol import Matrix
 from tilth.terms.drag import Drag
@@ -75,6 +79,60 @@ def test_soil_without_one_moves_on() -> None:
     moved = np.array([u for u, _ in path])
     assert len(path) == PSEUDO_STEPS
     assert (np.diff(moved[10:]) > 1.5 * np.diff(moved[9:-1])).all()  # steps twice as long each
+
+
+def test_pseudo_steps_without_a_motion_become_more_exact() -> None:
+    """Soil that is in equilibrium but for little is led on to the analysis' own tolerance."""
+    slider = Slider(pull=0.9, strength=1.0, reach=0.05)
+    tolerances = []
+
+    def solve(newton: Newton, displacement: Floats, unknowns: Floats | None) -> Equilibrium:
+        found = slider.solve(newton, displacement, unknowns)
+        if math.isinf(slider.drag.size):
+            return found
+        tolerances.append(newton.tolerance)
+        if newton.tolerance > 3e-8:
+            return replace(found, displacement=displacement, residuals=[1e-9])
+        return found
+
+    start = np.full((1, 1), 0.5)
+    path = list(creep(solve, slider.drag, NEWTON, start, None))
+    assert path[-1][1]
+    assert tolerances[:4] == pytest.approx([1e-5, 1e-6, 1e-7, NEWTON.tolerance])
+    assert all(found.iterations for found, _ in path)
+
+
+@pytest.mark.parametrize(
+    ("driven", "borne", "falls"), [(0.2, 5e-5, True), (0.2, 5e-4, False), (0.0, 5e-5, False)]
+)
+def test_a_little_soil_may_fall_beside_what_drives_it(
+    driven: float, borne: float, falls: bool
+) -> None:
+    """But not without anything that drives it, nor much of it; and the run says so."""
+    one, position = np.ones(1), np.array([[0.0, 0.0], [1.0, 2.0]])
+    own = SimpleNamespace(
+        elastic_moduli=lambda: SimpleNamespace(young=one), volume=one, position=position
+    )
+    told: list[float] = []
+    simulation = SimpleNamespace(
+        comm=SERIAL, owned_points=own, kind="plane_strain",
+        run_warnings=SimpleNamespace(falls=lambda borne, time: told.append(borne)),
+    )  # fmt: skip
+    grid = SimpleNamespace(cell_size=np.full(2, 1e6))  # soil may fall deep
+    active = SimpleNamespace(grid=grid, owned=np.array([True]))
+    step = SimpleNamespace(driven=driven, active=active, after=1.0)
+    soil = SimpleNamespace(active=active, nodal_volume=one, interpolate=lambda u: u)
+    slider = Slider(pull=1.1, strength=1.0, reach=10.0)
+    balance = SimpleNamespace(at=lambda u, unknowns: SimpleNamespace(relative=borne))
+    found = crept_to_rest(
+        cast(Simulation, simulation), cast(PreparedStep, step), cast(Soil, soil), slider.solve,
+        slider.drag, NEWTON, np.zeros((1, 1)), cast(Residual, balance),
+    )  # fmt: skip
+    assert (found is not None) == falls
+    assert told == [borne] * falls
+    if found is not None:
+        assert found.residuals[-1] == borne
+    assert math.isinf(slider.drag.size)
 
 
 def test_it_gives_up_where_even_the_shortest_steps_fail() -> None:

@@ -1,12 +1,19 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How a step is tried again: what a case declares of the line search, and contact."""
+"""How a step is tried again, and what a line search tries."""
 
 from __future__ import annotations
 
+from typing import cast
+
+import numpy as np
 import pytest
 
-from tilth.analysis.residual import newton_attempts
+from tilth.analysis.residual import Residual, State, newton_attempts
+from tilth.analysis.step import LINE_SEARCH, LONG_LINE_SEARCH, corrected
+from tilth.arrays import Floats
+from tilth.errors import StepFailed
 from tilth.model import Analysis
+from tilth.terms.balance import Forces
 from tilth.terms.protocol import Changes
 
 
@@ -25,3 +32,50 @@ def test_contact_is_tried_in_all_ways_whatever_the_line_search(
     last = with_contact[len(without) :]
     assert [each.changes for each in last] == [Changes.CAREFUL, Changes.SINGLE]
     assert all(each.line_search is searched[-1] for each in last)
+
+
+class Valley:
+    """A residual of |1 - u / 100|, 3 + u for u between 0 and `bad`; points invert beyond 10.
+
+    As terms of the balance do, it remembers where it was evaluated last.
+    """
+
+    def __init__(self, bad: float) -> None:
+        self.bad = bad
+        self.last = 0.0
+
+    def at(self, displacement: Floats, unknowns: Floats) -> State:
+        """The state at a displacement of one node along one axis."""
+        u = self.last = float(displacement[0, 0])
+        if u > 10.0:
+            raise StepFailed("inverted")
+        free = 3.0 + u if 0.0 < u < self.bad else abs(1.0 - u / 100.0)
+        return State(displacement, unknowns, cast(Forces, None), free, free)
+
+
+def searched(bad: float, correction: float, patient: bool = True) -> float:
+    """Where a line search goes from 0."""
+    valley, zero = Valley(bad), np.zeros((1, 1))
+    now = valley.at(zero, np.zeros(0))
+    moved, shares = (np.array([[correction]]), np.zeros(0)), LINE_SEARCH
+    if patient:
+        shares = LONG_LINE_SEARCH
+    found = corrected(cast(Residual, valley), now, moved, shares, patient)
+    assert found.displacement[0, 0] == valley.last
+    return valley.last
+
+
+def test_a_line_search_shortens_until_points_do_not_invert() -> None:
+    assert searched(0.0, 8.0) == 8.0
+    assert searched(0.0, 600.0) == 600.0 / 64.0  # the first share that is possible
+    with pytest.raises(StepFailed, match="inverted"):
+        searched(0.0, 2000.0)
+    with pytest.raises(StepFailed, match="inverted"):
+        searched(0.0, 600.0, patient=False)
+
+
+def test_a_patient_line_search_takes_the_best_share_if_none_is_better_than_before() -> None:
+    assert searched(11.0, 320.0) == 5.0  # of 10 and 5, which are possible
+    assert searched(11.0, 40.0, patient=False) == 5.0  # the last one
+    assert searched(11.0, 8.0, patient=False) == 1.0
+    assert searched(0.0, -8.0) == -8.0 / 64.0  # uphill

@@ -20,7 +20,6 @@ from tilth.verification.march import march
 FEW, MANY = 18, 200
 """Problems in every run of the tests, and in the long ones."""
 KNOWN = {
-    3: "cpdi1 in space without F-bar under a rough footing: an inverted point at 0.9 of its way",
     190: "a wall that goes away, standard MPM: no equilibrium at 0.6 of 0.1 of its height",
 }
 """Those that stop, and where."""

@@ -75,12 +75,9 @@ def warn(
         )
         free = simulation.is_forced or simulation.relaxes
         if not free and np.array_equal(balance.load_before, equilibrium.load):
-            driven = np.abs(step.conditions.increment).max(
-                initial=step.constraints.largest_increment()
-            )
             predictor = simulation.model.analysis.predictor
             warnings.jump(
-                moved, float(driven), simulation.points, grid.cell_size, step.after, predictor
+                moved, step.driven, simulation.points, grid.cell_size, step.after, predictor
             )
 
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from tilth.analysis.creep import crept_to_rest
 from tilth.analysis.predictor import Predictor
-from tilth.analysis.residual import Newton
+from tilth.analysis.residual import Newton, Residual, most_patient
 from tilth.analysis.run_warnings import JUMP, NO_JUMP, RunWarnings
 from tilth.analysis.step import Equilibrium, solve_step
 from tilth.analysis.step_result import PreparedStep
@@ -31,6 +31,9 @@ from tilth.terms.protocol import Changes
 
 if TYPE_CHECKING:
     from tilth.analysis.simulation import Simulation
+
+Attempt = tuple[Newton, Floats | None]
+"""Settings of the iteration, and the nodal displacement (nodes, dim) it begins with, None for 0."""
 
 
 def solve(
@@ -77,29 +80,60 @@ def solve(
             on_iteration, unknowns,
         )  # fmt: skip
 
-    resting = predictor if simulation.contact_surfaces else None
+    yields = drag is not None and simulation.has_friction
+    resting = predictor if simulation.contact_surfaces and not yields else None
+    tries, later = attempts_from(guess, attempts, yields, again=resting is None)
     try:
         return solve_in_attempts(
-            attempts, solved, step, balance, guess, explained, resting, simulation.run_warnings
+            tries, solved, step, balance, explained, resting, simulation.run_warnings
         )
     except StepFailed as failure:
         if drag is None:
             raise
         balance.restart(Changes.USUAL)
-        begun = np.where(step.conditions.constrained, step.conditions.increment, 0.0)
-        found = crept_to_rest(simulation, step, soil, solved, drag, attempts[0], begun)
-        if found is None:
+        conditions, patient = step.conditions, most_patient(attempts[0])
+        begun = 0.0 if guess is None or not yields else guess
+        start = np.where(conditions.constrained, conditions.increment, begun)
+        residual = Residual(balance, conditions.constrained)
+        found = crept_to_rest(simulation, step, soil, solved, drag, patient, start, residual)
+        if found is not None:
+            simulation.run_warnings.crept(failure.reason, step.after)
+            return found
+        if not later:
             raise
-        simulation.run_warnings.crept(failure.reason, step.after)
-        return found
+    balance.restart(later[0][0].changes)
+    return solve_in_attempts(later, solved, step, balance, None, None, simulation.run_warnings)
+
+
+def attempts_from(
+    guess: Floats | None, attempts: Sequence[Newton], yields: bool, again: bool
+) -> tuple[list[Attempt], list[Attempt]]:
+    """Returns the attempts at a step, and those that follow after soil has crept without success.
+
+    Args:
+        guess: nodal displacement for the first attempt [length], shape (nodes, dim), or None.
+        attempts: settings of the iteration, one after the other.
+        yields: whether soil with friction is driven. It is more often this that Newton's method
+            does not solve than contact, so that it creeps before contact is tried with care, and
+            from the guess, too.
+        again: whether the line search begins with the guess, too.
+    """
+    plain, *others = attempts
+    usual = [each for each in others if each.changes is Changes.USUAL]
+    careful: list[Attempt] = [(each, None) for each in others if each not in usual]
+    searches: list[Attempt] = [(each, None) for each in usual]
+    if guess is not None and again:
+        from_guess: list[Attempt] = [(each, guess) for each in usual]
+        searches = from_guess if yields else [*from_guess, *searches]
+    first: list[Attempt] = [(plain, guess), *searches]
+    return (first, careful) if yields else ([*first, *careful], [])
 
 
 def solve_in_attempts(
-    attempts: Sequence[Newton],
+    tries: Sequence[Attempt],
     solve: Callable[[Newton, Floats | None], Equilibrium],
     step: PreparedStep,
     balance: Balance,
-    guess: Floats | None,
     explained: float | None,
     predictor: Predictor | None,
     warnings: RunWarnings,
@@ -107,10 +141,9 @@ def solve_in_attempts(
     """Returns the equilibrium of the first attempt at a step that has one.
 
     Args:
-        attempts: settings of the iteration, one after the other.
-        solve: finds the equilibrium with these from a guess.
+        tries: the attempts, one after the other.
+        solve: makes one.
         step, balance: the step and all its terms.
-        guess: nodal displacement for the first attempt [length], shape (nodes, dim), or None.
         explained: greatest motion that loads and boundaries explain, see `explained_motion`; None
             with a guess that is no prediction.
         predictor: made the guess, and rests after it has failed; None if it is not to rest.
@@ -119,9 +152,6 @@ def solve_in_attempts(
     Raises:
         StepFailed: there is no equilibrium.
     """
-    tries = [(newton, guess if newton is attempts[0] else None) for newton in attempts]
-    if guess is not None and len(attempts) > 1 and predictor is None:
-        tries.insert(1, (attempts[1], guess))  # a line search from where the first attempt began
     for (newton, guess), following in zip_longest(tries, tries[1:]):
         try:
             found = solve(newton, guess)
@@ -150,11 +180,9 @@ def explained_motion(step: PreparedStep, guess: Floats) -> float:
 
     guess: nodal displacement, shape (nodes, dim).
     """
-    prescribed = float(np.abs(step.conditions.increment).max(initial=0.0))
-    driven = max(prescribed, step.constraints.largest_increment())
     motion = step.active.comm.max(float(np.abs(guess).max(initial=0.0)))
     cell = float(step.active.grid.cell_size.min())
-    return max(JUMP * max(motion, step.active.comm.max(driven)), NO_JUMP * cell)
+    return max(JUMP * max(motion, step.driven), NO_JUMP * cell)
 
 
 def _motion(displacement: Floats, balance: Balance) -> float:

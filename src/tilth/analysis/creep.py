@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tilth.analysis.residual import Newton, Refinement
+from tilth.analysis.residual import Newton, Refinement, Residual
 from tilth.analysis.step import Equilibrium
 from tilth.analysis.step_result import PreparedStep
 from tilth.arrays import Floats
@@ -48,12 +48,17 @@ FIRST_REST = 3
 """Pseudo-steps before the first search for an equilibrium without drag; before each later one there
 are twice as many, since such a search takes long where it fails."""
 
-TOLERANCE = 1e-5
-"""Relative residual of a pseudo-step [-]: it only has to lead on."""
+TOLERANCE, TIGHTER = 1e-5, 0.1
+"""Relative residual of a pseudo-step [-], which only has to lead on, and its factor where it is met
+without a motion."""
 
-LARGEST_CREEP = 0.1
+LARGEST_CREEP, LARGEST_SLUMP = 0.1, 1.0
 """Motion of a point, beyond what is prescribed, from which on soil does not come to rest in a step
-[cells]."""
+[cells]; the latter where boundaries or bodies drive it, beside which soil crumbles and slumps."""
+
+FALLING, PATIENCE = 1e-4, 6
+"""Residual without the drag, relative to the forces, with which soil may go on to fall beside what
+drives it [-], and the number of pseudo-steps after which that is tried."""
 
 Solve = Callable[[Newton, Floats, Floats | None], Equilibrium]
 """Solves the balance by Newton's iteration from a displacement (nodes, dim) and global unknowns
@@ -88,6 +93,9 @@ def creep(
                 if size < LEAST_SIZE:
                     return
                 continue
+            if found.iterations == 0 and loose.tolerance > newton.tolerance:
+                loose = replace(loose, tolerance=max(TIGHTER * loose.tolerance, newton.tolerance))
+                continue
             displacement, unknowns = found.displacement, found.global_unknowns
             size, taken = GROWTH * size, taken + 1
             yield found, False
@@ -112,17 +120,20 @@ def crept_to_rest(
     drag: Drag,
     newton: Newton,
     displacement: Floats,
+    residual: Residual,
 ) -> Equilibrium | None:
     """Returns the equilibrium to which the soil creeps in a step; None if it does not come to rest.
 
-    In a pseudo-step of size 1 the drag is as stiff as a bar of all soil, E times its area over its
-    length.
+    Where boundaries or bodies drive the soil, a little of it may still fall at the end: that of
+    which the drag bears less than `FALLING`. In a pseudo-step of size 1 the drag is as stiff as a
+    bar of all soil, E times its area over its length.
 
     Args:
         simulation: whose step it is.
         step, soil: the step.
         solve, drag, newton: see `creep`.
         displacement: of the nodes to begin with, prescribed motion included [length], (nodes, dim).
+        residual: of the balance.
     """
     comm, own, owned = simulation.comm, simulation.owned_points, soil.active.owned
     young = comm.sum(float((own.elastic_moduli().young * own.volume).sum()))
@@ -136,13 +147,22 @@ def crept_to_rest(
     whole = comm.sum(float(own.volume.sum()))
     shares = soil.nodal_volume / comm.sum(float(soil.nodal_volume[owned].sum()))
     drag.stiffness = shares * (young / whole) * around[simulation.kind]
-    prescribed = comm.max(float(np.abs(step.conditions.increment).max(initial=0.0)))
-    driven = max(prescribed, comm.max(step.constraints.largest_increment()))
-    bound = driven + LARGEST_CREEP * float(step.active.grid.cell_size.min())
-    for found, at_rest in creep(solve, drag, newton, displacement, None):
+    driven = step.driven
+    most = LARGEST_SLUMP if driven > 0.0 else LARGEST_CREEP
+    bound = driven + most * float(step.active.grid.cell_size.min())
+    path = creep(solve, drag, newton, displacement, None)
+    for number, (found, at_rest) in enumerate(path, start=1):
         if at_rest:
             return found
         moved = np.linalg.norm(soil.interpolate(found.displacement), axis=1)
         if comm.max(float(moved.max(initial=0.0))) > bound:
             return None
+        if driven == 0.0 or number < PATIENCE:
+            continue
+        size, drag.size = drag.size, np.inf
+        borne = residual.at(found.displacement, found.global_unknowns).relative
+        drag.size = size
+        if borne <= FALLING:
+            simulation.run_warnings.falls(borne, step.after)
+            return replace(found, residuals=[*found.residuals, borne])
     return None

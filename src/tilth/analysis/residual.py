@@ -42,6 +42,8 @@ class Newton:
         tolerance: largest residual relative to the forces [-].
         maximum_iterations: iterations after which the step counts as failed.
         line_search: whether steps that do not reduce the residual are shortened.
+        takes_best: whether the line search tries shorter ones too, and takes the best of all if
+            none reduces the residual.
         round_off: residual [force] that round-off alone explains; it always counts as converged.
         refinement: of the terms at its solutions, see `AssembledTerm.refine`.
         changes: how terms change what they fix, as which soil takes part in contact.
@@ -53,6 +55,7 @@ class Newton:
     round_off: float
     refinement: Refinement = Refinement.NONE
     changes: Changes = Changes.USUAL
+    takes_best: bool = False
 
 
 @dataclass(frozen=True)
@@ -93,6 +96,13 @@ def newton_attempts(analysis: Analysis, round_off: float, contact: bool) -> list
         last = attempts[-1]
         attempts += [replace(last, changes=each) for each in (Changes.CAREFUL, Changes.SINGLE)]
     return attempts
+
+
+def most_patient(newton: Newton) -> Newton:
+    """Returns how pseudo-steps of soil that creeps are solved."""
+    return replace(
+        newton, line_search=True, takes_best=True, maximum_iterations=2 * newton.maximum_iterations
+    )
 
 
 class Residual:

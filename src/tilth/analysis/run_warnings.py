@@ -145,9 +145,18 @@ class RunWarnings:
         """A step whose equilibrium was found by letting the soil creep."""
         self.note(
             "crept",
-            f"Newton's method failed in the step to time {time:.6g}, however short ({reason}); the "
-            "soil was let go against a drag and came to rest in an equilibrium; later steps may "
-            "need it too, without a further warning",
+            f"Newton's method failed in the step to time {time:.6g} ({reason}); the soil was let "
+            "go against a drag until it came to rest; later steps may need it too, without a "
+            "further warning",
+        )
+
+    def falls(self, borne: float, time: float) -> None:
+        """A step at whose end soil still falls; borne: residual relative to the forces [-]."""
+        self.note(
+            "falls",
+            f"at time {time:.6g} some soil still falls or crumbles against a drag beside what "
+            f"drives it: forces of {borne:.1e} of all are not in equilibrium; in later steps up to "
+            "1e-4, without a further warning",
         )
 
     def repeated_cuts(self, step: int, cuts: int, causes: Sequence[str]) -> None:

@@ -172,6 +172,7 @@ class Simulation:
         self.contact_surfaces = [s for s in self.implicit if isinstance(s, ContactSurface)]
         touching = bool(self.contact_surfaces or self.body_contacts)
         self.is_forced = any(body.free.any() for body in self.bodies)
+        self.has_friction = bool((shear_strength(self.points, model)[1] > 0.0).any())
         self.attempts = newton_attempts(model.analysis, self.round_off, touching)
         self.run_warnings.bounds(bound_domains(self.points, self.grid))
 
@@ -394,7 +395,8 @@ class Simulation:
         is_least: whether the step cannot be shortened. Soil that passes through a boundary then
             only gives a warning.
         is_short: whether it was shortened so much that its failure is not put down to its size.
-            Where Newton's method finds no equilibrium the soil then creeps to it, if there is one.
+            Where Newton's method finds no equilibrium the soil then creeps to it, if there is one;
+            soil with friction that boundaries or bodies drive creeps in steps of any size.
 
         Raises:
             StepFailed: no equilibrium, an inverted point, a point that left the grid, soil that
@@ -405,9 +407,10 @@ class Simulation:
         step = self.prepare(before, after)
         soil = self.soil_on(step.active)
         terms, drag = self.terms(step, soil), None
-        if is_short and self.dynamics is None and self.relaxation is None:
+        creeps = is_short or (step.driven > 0.0 and self.has_friction)
+        if creeps and self.dynamics is None and self.relaxation is None:
             drag = Drag.of(step.active)
-            terms.append(drag)
+            terms.insert(-1, drag)
         with self.timers.measure("basis"):  # for this includes the matrix's pattern
             balance = Balance(step.active, terms)
         equilibrium = solve(self, step, soil, balance, on_iteration, drag=drag)

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -40,7 +40,8 @@ REFINEMENTS, REFINED, MOST_REFINEMENTS = 8, 0.3, 25
 or the path is good enough; and how often at most."""
 
 LINE_SEARCH = (1.0, 0.5, 0.25, 0.125)
-"""Shares of a correction that a line search tries, in this order."""
+LONG_LINE_SEARCH = (*LINE_SEARCH, 1 / 16, 1 / 32, 1 / 64)
+"""Shares of a correction that a line search tries, in this order; see `Newton.takes_best`."""
 
 
 @dataclass(frozen=True)
@@ -132,11 +133,13 @@ def solve_step(
             raise StepFailed(reason, point=residual.worst_point(now), residuals=residuals)
         tolerance = forcing_term(1.0 if moving else now.relative, newton.tolerance)
         prescribed = conditions.increment if moving else None
-        shares = LINE_SEARCH if newton.line_search and not moving else (1.0,)
+        shares: Sequence[float] = (1.0,)
+        if newton.line_search and not moving:
+            shares = LONG_LINE_SEARCH if newton.takes_best else LINE_SEARCH
         reuse = reused(residuals[begun:], reuse, newton)
         try:
             correction = linearised.correction(now, prescribed, tolerance, reuse)
-            now = _corrected(residual, now, correction, shares)
+            now = corrected(residual, now, correction, shares, newton.takes_best)
         except SolveFailed as error:
             raise StepFailed(str(error), residuals=residuals) from error
         except StepFailed as failure:
@@ -319,19 +322,29 @@ def forcing_term(relative: float, tolerance: float) -> float:
     return min(max(0.1 * tolerance / relative, FORCING_TERM), LARGEST_FORCING_TERM)
 
 
-def _corrected(
-    residual: Residual, now: State, correction: tuple[Floats, Floats], shares: tuple[float, ...]
+def corrected(
+    residual: Residual,
+    now: State,
+    correction: tuple[Floats, Floats],
+    shares: Sequence[float],
+    takes_best: bool = False,
 ) -> State:
-    """Takes the first share of `correction` that lowers the residual, else the last one."""
+    """Takes the first share of `correction` that lowers the residual, else the last or best one."""
     nodal, unknowns = correction
+
+    def at(share: float) -> State:
+        return residual.at(now.displacement + share * nodal, now.unknowns + share * unknowns)
+
+    possible: dict[float, float] = {}
     for share in shares:
         last = share == shares[-1]
         try:
-            trial = residual.at(now.displacement + share * nodal, now.unknowns + share * unknowns)
+            trial = at(share)
         except StepFailed:
-            if last:
+            if last and not (takes_best and possible):
                 raise
             continue
-        if last or trial.free <= (1.0 - 1e-4 * share) * now.free:
+        if trial.free <= (1.0 - 1e-4 * share) * now.free or (last and not takes_best):
             return trial
-    raise AssertionError("a line search tries at least one step")
+        possible[share] = trial.free
+    return at(min(possible, key=lambda share: possible[share]))  # terms remember the last state

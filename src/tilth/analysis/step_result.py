@@ -135,6 +135,12 @@ class PreparedStep:
         """All conditions on nodes."""
         return self.on_axis.conditions
 
+    @property
+    def driven(self) -> float:
+        """How far boundaries and rigid bodies whose motion is prescribed move in it [length]."""
+        prescribed = float(np.abs(self.conditions.increment).max(initial=0.0))
+        return self.active.comm.max(max(prescribed, self.constraints.largest_increment()))
+
 
 def result_of(
     step: PreparedStep,
