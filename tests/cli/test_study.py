@@ -14,6 +14,7 @@ import pytest
 
 import tilth as library
 from tilth import BadInput
+from tilth.output.safety_files import read_safety
 
 from .conftest import CASE, Outcome
 
@@ -314,3 +315,17 @@ def test_no_cell_of_the_table_is_a_formula(column: Path, tilth: Tilth) -> None:
         assert not line["reason"].lstrip().startswith(("=", "+", "-", "@"))
     page = (column.with_suffix("") / "study.html").read_text(encoding="utf-8")
     assert "<img src=x" not in page
+
+
+@pytest.mark.slow
+def test_a_study_of_davis_equivalents(tilth: Tilth, tmp_path: Path) -> None:
+    stronger = CASE.replace("yield_stress = 2e4", "yield_stress = 1e5")
+    (tmp_path / "column.toml").write_text(stronger, encoding="utf-8")
+    study = tmp_path / "study.toml"
+    outcome = '[[outcomes]]\ntype = "safety"\ntolerance = 0.2\ndavis = "C"\n'
+    vary = '[[vary]]\nkey = "grid.cell_size"\nvalues = [1.0]\n\n'
+    study.write_text(f'format = 1\ncase = "column.toml"\n{vary}{outcome}', encoding="utf-8")
+    done = tilth("study", study)
+    assert done.code == 0, done.err
+    (record,) = (tmp_path / "study").rglob("safety.json")
+    assert read_safety(record.parent).davis == "C"

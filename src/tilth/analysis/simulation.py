@@ -447,7 +447,10 @@ class Simulation:
                 lambda u: constraints.commit(constraints.after(u)),
             )
         with self.timers.measure("basis"):
-            weight = unheld_weight(soil.points, self.model, self._acceleration(after), self.grid)
+            weight = None
+            if self.has_friction:
+                acceleration = self._acceleration(after)
+                weight = unheld_weight(soil.points, self.model, acceleration, self.grid)
             ghost = LinearForces(
                 self._ghost.couplings(soil, constrained, constraints.exterior_nodes(), weight),
                 supported=self._ghost.supported_nodes(active, constrained),

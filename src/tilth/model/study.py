@@ -10,6 +10,7 @@ from pydantic import AfterValidator, Field, PlainValidator, model_validator
 
 from tilth.errors import Problem
 from tilth.model.base import Declared, DeclaredFile, chosen_by
+from tilth.model.davis import DavisForm
 from tilth.model.fields import (
     AsTuple,
     CellName,
@@ -203,6 +204,9 @@ class SafetyOutcome(Declared):
     """Of the factor [-]."""
     start: Positive = 1.0
     """Factor that is tried first [-]."""
+    davis: DavisForm | None = None
+    """Which associated equivalent of Davis replaces soil with psi < phi, as in a strength reduction
+    of a stage; none if not given."""
     worst: Literal["largest", "smallest"] = "smallest"
     """Which outcome is the worst."""
 

@@ -73,7 +73,9 @@ def _analyse(study: Study, folder: Path) -> None:
     options: dict[str, Any] = {"threads": 1, "overwrite": True, "quiet": True}
     for outcome in study.outcomes:
         if isinstance(outcome, SafetyOutcome):
-            settings = StrengthReduction(tolerance=outcome.tolerance, start=outcome.start)
+            settings = StrengthReduction(
+                tolerance=outcome.tolerance, start=outcome.start, davis=outcome.davis
+            )
             safety(model, folder / RUN, settings=settings, **options)
             return
     run(model, folder / RUN, **options)
