@@ -5,21 +5,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
+from tilth.analysis.step_result import StepResult
 from tilth.model import BodyForce, ImplicitBoundary, Model, MohrCoulomb
 from tilth.verification.cases import BASES, example, varied, with_basis
-from tilth.verification.comparison import Comparison, relative
+from tilth.verification.comparison import Comparison, at_least, relative, vanishing
 from tilth.verification.march import march
 
 PROBLEM = "earth_pressure"
-HEIGHT = 5.0
-"""Height of the wall [m]."""
+HEIGHT, LENGTH = 5.0, 15.0
+"""Height of the wall, and length of the soil beside it [m]."""
 TOLERANCE = 0.03
 """With ten cells over the wall."""
 ACTIVE, PASSIVE = -0.003, 0.02
 """Displacements of the wall into the soil that mobilise the limit pressures [m]."""
+FAR, STEPS = 0.1, 100
+"""How far the wall is pushed in, over its height [-], and in how many steps."""
+MORE_ITERATIONS = 4.0
+"""Iterations that a step with psi = 0 may take more than one with psi = phi, in the mean."""
 COHESIVE: Mapping[str, Any] = MappingProxyType(
     {
         "materials.sand.cohesion": 10e3,
@@ -39,8 +45,12 @@ def comparisons(long: bool) -> Iterator[Comparison]:
     """Sand and a cohesive soil on a smooth base, with each psi, and on a rough one; other bases.
 
     On the rough base flow is associated: only then is the limit load that of Rankine's stress,
-    whatever the mechanism.
+    whatever the mechanism. With psi = 0 the wall is also pushed in by a tenth of its height.
     """
+    yield from far_in_a_uniform_layer("none")
+    if long:
+        yield from far_in_a_uniform_layer("f_bar")
+        yield from far_in_a_wedge()
     for changes in ({}, COHESIVE):
         smooth = varied(example(PROBLEM, "smooth_base.toml"), changes)
         at = "smooth base, ten cells"
@@ -66,6 +76,88 @@ def both_ways(model: Model, at: str, tolerance: float = TOLERANCE) -> Iterator[C
         yield relative(f"{state} force, {soil}, {at}", force, exact, tolerance, "Rankine", "N/m")
 
 
+@dataclass(frozen=True)
+class Push:
+    """A wall pushed in by `FAR` times its height.
+
+    Attributes:
+        moved: of the wall at the end [m].
+        force: on the soil at the end, per unit length [N/m].
+        iterations: of a step, in the mean.
+        cut: steps more than declared.
+    """
+
+    moved: float
+    force: float
+    iterations: float
+    cut: int
+
+    def coefficient(self, model: Model, rise: float) -> float:
+        """Returns K_p of a force K_p gamma (H + rise)^2 / 2 [-]."""
+        return 2.0 * self.force / (weight_of(model) * (HEIGHT + rise) ** 2)
+
+
+def pushed_far(model: Model) -> Push:
+    """Pushes the wall of sand without dilation in."""
+    moved = FAR * HEIGHT
+    changes = {"boundaries.0.displacement": {"x": moved}, "schedule.steps": STEPS}
+    forces: list[float] = []
+    iterations: list[int] = []
+
+    def after_step(_: Any, result: StepResult, time: float) -> None:
+        forces.append(float(result.resultant("wall")[0]))
+        iterations.append(result.equilibrium.iterations)
+
+    march(varied(model, changes), after_step)
+    mean = sum(iterations) / len(iterations)
+    return Push(moved, forces[-1], mean, len(forces) - STEPS)
+
+
+def far_in_a_uniform_layer(anti_locking: str) -> Iterator[Comparison]:
+    """On the smooth base the whole layer yields alike, so that its stress is that of Rankine.
+
+    It is shortened by the way of the wall, keeps its volume, and so rises alike everywhere.
+    """
+    model = example(PROBLEM, "smooth_base.toml")
+    changes = {"materials.sand.dilation_angle": 0.0, "bodies.0.anti_locking": anti_locking}
+    model = varied(model, changes)
+    run = pushed_far(model)
+    rise = HEIGHT * run.moved / (LENGTH - run.moved)
+    at = f"wall pushed in by {FAR:g} H, psi 0, smooth base, anti-locking {anti_locking}"
+    found, exact = run.coefficient(model, rise), passive_coefficient(math.radians(30.0))
+    yield relative(f"K_p of the risen soil, {at}", found, exact, TOLERANCE, "Rankine")
+    yield vanishing(f"steps that were cut, {at}", run.cut, 0.0, "none")
+
+
+def far_in_a_wedge() -> Iterator[Comparison]:
+    """On the rough base a wedge slides up: between Davis' equivalent and Rankine's strength.
+
+    A rigid wedge over a plane at 45 degrees - phi / 2, L = H tan(45 degrees + phi / 2) long at its
+    surface, rises by the way of the wall d times tan(45 degrees - phi / 2): the volume d H that
+    the wall displaces, over L. Davis' sin(phi) is the tangent of the friction angle for psi = 0.
+    """
+    model = example(PROBLEM)
+    phi = math.radians(30.0)
+    run = pushed_far(varied(model, {"materials.sand.dilation_angle": 0.0}))
+    found = run.coefficient(model, run.moved * math.tan(0.25 * math.pi - 0.5 * phi))
+    at = f"wall pushed in by {FAR:g} H, psi 0, rough base"
+    least, most = passive_coefficient(math.atan(math.sin(phi))), passive_coefficient(phi)
+    quantity = f"K_p of the risen soil, {at}"
+    yield at_least(f"{quantity}, least", found, (1.0 - TOLERANCE) * least, 0.0, "Davis less 3 %")
+    above = max(0.0, found - (1.0 + TOLERANCE) * most)
+    source = "Rankine and 3 %"
+    yield Comparison(f"{quantity}, most", "", found, (1.0 + TOLERANCE) * most, above, 0.0, source)
+    yield vanishing(f"steps that were cut, {at}", run.cut, 0.0, "none")
+    more = max(0.0, run.iterations - pushed_far(model).iterations)
+    quantity = f"iterations a step more than with psi = phi, {at}"
+    yield vanishing(quantity, more, MORE_ITERATIONS, "psi = phi")
+
+
+def passive_coefficient(phi: float) -> float:
+    """Returns Rankine's K_p of a friction angle [radians]."""
+    return math.tan(0.25 * math.pi + 0.5 * phi) ** 2
+
+
 def push(model: Model) -> float:
     """Moves the wall; returns its force on the soil at the end, per unit length."""
     wall = next(b for b in model.boundaries if isinstance(b, ImplicitBoundary))
@@ -81,11 +173,17 @@ def rankine(model: Model, *, passive: bool) -> float:
     tension near the surface that the wall bears), with K = tan^2(45 degrees +- phi / 2), over the
     height. The change of the height is neglected: 0.3 % of the force at the end.
     """
-    sand, load = model.materials["sand"], model.loads[0]
+    sand = model.materials["sand"]
     assert isinstance(sand, MohrCoulomb)
-    assert isinstance(load, BodyForce)
-    assert sand.density is not None
     sign = 1.0 if passive else -1.0
     root = math.tan(0.25 * math.pi + sign * 0.5 * math.radians(sand.friction_angle))
-    weight = -load.acceleration[1] * sand.density
-    return 0.5 * root**2 * weight * HEIGHT**2 + sign * 2.0 * sand.cohesion * root * HEIGHT
+    own = 0.5 * root**2 * weight_of(model) * HEIGHT**2
+    return own + sign * 2.0 * sand.cohesion * root * HEIGHT
+
+
+def weight_of(model: Model) -> float:
+    """Returns the unit weight of the soil [N/m3]."""
+    sand, load = model.materials["sand"], model.loads[0]
+    assert isinstance(load, BodyForce)
+    assert sand.density is not None
+    return -load.acceleration[1] * sand.density
