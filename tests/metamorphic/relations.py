@@ -20,6 +20,7 @@ from metamorphic.bounds import (
     STILL,
     UNLOADED,
     by_round_off,
+    of_images,
     of_patches,
 )
 from metamorphic.changes import with_rest, with_steps, with_unloading
@@ -80,13 +81,13 @@ def _turns(subject: Subject, handedness: float) -> list[np.ndarray]:
 def mirror(subject: Subject) -> Iterator[str]:
     """The mirror image of a model has the mirror image of the result."""
     turn = subject.random.choice(_turns(subject, -1.0))
-    yield from _of_frame(subject, Frame(turn, np.zeros(subject.dim)), of_patches(subject))
+    yield from _of_frame(subject, Frame(turn, np.zeros(subject.dim)), of_images(subject))
 
 
 def turn(subject: Subject) -> Iterator[str]:
     """A model that is turned by 90 or 180 degrees has the result turned."""
     turn = subject.random.choice(_turns(subject, 1.0))
-    yield from _of_frame(subject, Frame(turn, np.zeros(subject.dim)), of_patches(subject))
+    yield from _of_frame(subject, Frame(turn, np.zeros(subject.dim)), of_images(subject))
 
 
 def shift(subject: Subject) -> Iterator[str]:
