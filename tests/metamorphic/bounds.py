@@ -30,8 +30,8 @@ is. Five patches of a base became two below a footing, of 0.11 and 1.71 of its w
 
 OF_BODY = 0.5
 """The same where a round body alone moves the soil, the weight being in balance at the start, over
-its radius in cells: the surface is as wide as the body, and the mean gap of other patches is another
-one. A circle of 0.8 cells has patches of 0.37 and 0.45, or, turned, of 0.35 and 0.47 in length."""
+its radius in cells: the surface is as wide as the body, and the mean gap of other patches is
+another one. A circle of 0.8 cells has patches of 0.37 and 0.45; turned, 0.35 and 0.47 in length."""
 
 OF_DIAGONALS = 0.125
 """The same of a surface load in space that has moved, over the displacement in cells: squares of a

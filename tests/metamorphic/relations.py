@@ -143,17 +143,32 @@ def threads(subject: Subject) -> Iterator[str]:
 
 
 def halved(subject: Subject) -> Iterator[str]:
-    """Each step divided in two, and in four: the results come nearer to each other."""
-    two, four = (run_in_memory(with_steps(subject.entries, factor)) for factor in (2, 4))
-    runs = [
-        subject.run.at_regular_times(),
-        *(run.at_regular_times(subject.run) for run in (two, four)),
-    ]
+    """Each step divided in two, and in four: the results come nearer to each other.
+
+    Soil that yields does not have to so soon: what yields first in a step follows the elastic guess
+    of all of the step, and as long as a zone begins to yield only in shorter ones the differences
+    grow. Those of eighths and sixteenths must be less than both those before and those of halves.
+    """
+    runs = [subject.run.at_regular_times(), *_divided(subject, 2, 4)]
     (first, _), (second, what) = difference(*runs[:2]), difference(*runs[1:])
-    if second > max(HALVED * first, LEAST_OF_HALVED) and not (
-        _crosses_lines(subject, runs) or any(hang_over(subject.run.moments))
-    ):
-        yield f"differences {first:.1e} of halved steps and {second:.1e} of quarters: {what}"
+    if second <= max(HALVED * first, LEAST_OF_HALVED):
+        return
+    if _crosses_lines(subject, runs) or any(hang_over(subject.run.moments)):
+        return
+    text = f"differences {first:.1e} of halved steps and {second:.1e} of quarters"
+    if any((moment.plastic_strain > 0.0).any() for moment in subject.run.moments):
+        runs = [runs[-1], *_divided(subject, 8, 16)]
+        (third, _), (last, what) = difference(*runs[:2]), difference(*runs[1:])
+        if last <= HALVED * min(first, third):
+            return
+        text += f", {third:.1e} of eighths and {last:.1e} of sixteenths"
+    yield f"{text}: {what}"
+
+
+def _divided(subject: Subject, *factors: int) -> list[Run]:
+    """The runs with each step divided into so many, at the times of the subject's own."""
+    runs = (run_in_memory(with_steps(subject.entries, factor)) for factor in factors)
+    return [run.at_regular_times(subject.run) for run in runs]
 
 
 def _crosses_lines(subject: Subject, runs: list[Run]) -> bool:
