@@ -28,7 +28,7 @@ from metamorphic.choices import has_vertical
 from metamorphic.commands import commands
 from metamorphic.compare import Scales, difference, differences
 from metamorphic.frames import Frame, turns
-from metamorphic.held import while_held
+from metamorphic.held import while_held, while_settled
 from metamorphic.lines import come_into_other_cells, hang_over
 from metamorphic.models import CELL
 from metamorphic.resumed import resumed_run
@@ -56,6 +56,8 @@ def _excess(
 ) -> Iterator[str]:
     """Yields the largest of the differences of two runs that are beyond their bounds."""
     one, of_stress = subject.run, bounds.of_stress(subject, bound)
+    if bound > bounds.DIFFERENCE:
+        one, other = while_settled(subject, one, other)
     if bound > 0.0 and one.exit_code == other.exit_code:
         one, other = while_held(subject, one, other)
     beyond = [
