@@ -32,6 +32,16 @@ def while_settled(subject: Subject, one: Run, other: Run) -> tuple[Run, Run]:
     return one, other
 
 
+def while_upright(one: Run, other: Run) -> tuple[Run, Run]:
+    """Two runs up to where the patches of a base leave the soil free to tilt in one of them only.
+
+    Then only soft soil beside it holds a moment, and no width tells how far it tilts.
+    """
+    pairs = zip(one.moments, other.moments, strict=False)
+    end = next((k for k, (a, b) in enumerate(pairs) if a.may_tilt != b.may_tilt), None)
+    return replace(one, moments=one.moments[:end]), replace(other, moments=other.moments[:end])
+
+
 def while_held(subject: Subject, one: Run, other: Run) -> tuple[Run, Run]:
     """Two runs up to where soil without weight has come off all that held it upwards.
 

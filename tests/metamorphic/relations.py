@@ -28,7 +28,7 @@ from metamorphic.choices import has_vertical
 from metamorphic.commands import commands
 from metamorphic.compare import Scales, difference, differences
 from metamorphic.frames import Frame, turns
-from metamorphic.held import while_held, while_settled
+from metamorphic.held import while_held, while_settled, while_upright
 from metamorphic.lines import come_into_other_cells, hang_over
 from metamorphic.models import CELL
 from metamorphic.resumed import resumed_run
@@ -60,6 +60,8 @@ def _excess(
         one, other = while_settled(subject, one, other)
     if bound > 0.0 and one.exit_code == other.exit_code:
         one, other = while_held(subject, one, other)
+        if bound > bounds.DIFFERENCE:
+            one, other = while_upright(one, other)
     beyond = [
         (size, what, of_stress if what.startswith("stress") else bound)
         for size, what in differences(one, other, frame, **options)
