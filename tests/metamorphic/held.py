@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Until when the soil of a model is held."""
+"""Until when the soil of a model is held, and its steps have a solution."""
 
 from __future__ import annotations
 
@@ -7,9 +7,39 @@ from dataclasses import replace
 
 import numpy as np
 
-from metamorphic.models import TOLERANCE
+from metamorphic.models import CONTACTS, TOLERANCE
 from metamorphic.runs import Moment, Run
 from metamorphic.subject import Subject
+
+NOT_SETTLED = "does not settle"
+
+
+def while_settled(subject: Subject, one: Run, other: Run) -> tuple[Run, Run]:
+    """Two runs up to a step of which the contact settles in one of them only.
+
+    Contact that holds shear without pressure, and lets go of it as it opens, may be neither closed
+    nor open: closed, its shear would need tension; open, soil and body would overlap. Which steps
+    have no solution depends on the patches. A model that has none in its own frame says nothing.
+    """
+    law = CONTACTS.get(subject.choice["contact"], {})
+    ends = [run for run in (one, other) if run.exit_code]
+    if law.get("tangential") not in ("bonded", "rough") or len(ends) != 1:
+        return one, other
+    if NOT_SETTLED not in ends[0].error:
+        return one, other
+    end = len(ends[0].moments)
+    one, other = (replace(run, moments=run.moments[:end], exit_code=0) for run in (one, other))
+    return one, other
+
+
+def while_upright(one: Run, other: Run) -> tuple[Run, Run]:
+    """Two runs up to where the patches of a base leave the soil free to tilt in one of them only.
+
+    Then only soft soil beside it holds a moment, and no width tells how far it tilts.
+    """
+    pairs = zip(one.moments, other.moments, strict=False)
+    end = next((k for k, (a, b) in enumerate(pairs) if a.may_tilt != b.may_tilt), None)
+    return replace(one, moments=one.moments[:end]), replace(other, moments=other.moments[:end])
 
 
 def while_held(subject: Subject, one: Run, other: Run) -> tuple[Run, Run]:

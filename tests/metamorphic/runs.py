@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from metamorphic.overhang import on_lines, overhang
+from metamorphic.tilting import may_tilt
 from metamorphic.watched import last_balance, watched
 from tilth import Model
 from tilth.analysis.energies import Energies
@@ -33,6 +34,7 @@ class Moment:
         position, displacement: [length], (n, dim).
         cell: in which they are, (n, dim).
         overhang: how far soil reaches over the line before the node that it touches least [length].
+        may_tilt: whether the patches of a base leave the soil free to tilt.
         stress: [stress], (n, 6).
         plastic_strain: [-], (n,).
         volume: relative to the initial one [-], (n,).
@@ -60,6 +62,7 @@ class Moment:
     displacement: Floats
     cell: Integers
     overhang: float
+    may_tilt: bool
     stress: Floats
     plastic_strain: Floats
     volume: Floats
@@ -177,6 +180,7 @@ def _moment(
         displacement=points.displacement[order],
         cell=np.floor(simulation.grid.in_cells(points.position[order])).astype(np.int64),
         overhang=overhang(simulation),
+        may_tilt=may_tilt(balance),
         stress=points.stress[order],
         plastic_strain=points.plastic[order, 0],
         volume=np.linalg.det(points.deformation_gradient[order]),

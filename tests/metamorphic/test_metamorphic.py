@@ -23,6 +23,7 @@ from metamorphic.held import while_held
 from metamorphic.known import is_known
 from metamorphic.smaller import smaller
 from metamorphic.subject import Subject
+from metamorphic.tilting import is_without_arm
 from metamorphic.transformed import transformed
 
 MODELS, PARTS, SEED = 300, 2, 1
@@ -161,3 +162,11 @@ def test_the_lines_of_a_fault_are_left() -> None:
 def test_the_command_runs_one_model_again(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--seed", "5", "--models", "3", "--replay", "5-1"]) == 0
     assert "1 models" in capsys.readouterr().out
+
+
+def test_patches_of_which_one_is_around_the_other_have_no_arm() -> None:
+    x, y = np.meshgrid([0.125, 0.5, 0.875], [0.125, 0.375])
+    position = np.stack([x.ravel(), y.ravel(), np.zeros(6)], axis=1)
+    weight = np.ones(6)
+    assert is_without_arm(np.array([0, 1, 0, 0, 0, 0]), position, weight)
+    assert not is_without_arm(np.array([0, 1, 2, 0, 1, 3]), position, weight)
