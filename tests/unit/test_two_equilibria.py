@@ -122,15 +122,14 @@ def test_what_the_guess_does_not_explain_is_solved_without_it(without_guess: flo
             raise StepFailed("no equilibrium")
         return replace(near, displacement=np.full_like(near.displacement, without_guess))
 
-    attempts = simulation.attempts[:1]
+    tries = [(simulation.attempts[0], guess)]
     explained = explained_motion(step, guess)
     assert explained == pytest.approx(0.03)
 
     def found() -> Any:
         return solve_in_attempts(
-            attempts, solve, step, balance, guess, explained, simulation.predictor,
-            simulation.run_warnings,
-        )  # fmt: skip
+            tries, solve, step, balance, explained, simulation.predictor, simulation.run_warnings
+        )
 
     if without_guess is None:
         with pytest.raises(StepFailed):

@@ -91,11 +91,13 @@ def solve(
         if drag is None:
             raise
         balance.restart(Changes.USUAL)
-        conditions, patient = step.conditions, most_patient(attempts[0])
+        conditions, newton = step.conditions, attempts[0]
+        if step.driven > 0.0:
+            newton = most_patient(newton)
         begun = 0.0 if guess is None or not yields else guess
         start = np.where(conditions.constrained, conditions.increment, begun)
         residual = Residual(balance, conditions.constrained)
-        found = crept_to_rest(simulation, step, soil, solved, drag, patient, start, residual)
+        found = crept_to_rest(simulation, step, soil, solved, drag, newton, start, residual)
         if found is not None:
             simulation.run_warnings.crept(failure.reason, step.after)
             return found
