@@ -32,7 +32,7 @@ from tilth.mpm.keys import find_keys, lattice_keys
 from tilth.mpm.soil import Soil
 from tilth.terms.balance import Balance
 from tilth.terms.filled_cells import LEAST_ELASTIC_SHARE, filled_cells
-from tilth.terms.ghost import Faces, Ghost, ghost_faces
+from tilth.terms.ghost import Faces, Ghost, Kind, ghost_faces
 from tilth.terms.inertia import Inertia, TimeIntegration, TimeStep
 from tilth.terms.linear import LinearForces
 from tilth.terms.soil_forces import SoilForces
@@ -270,6 +270,18 @@ def test_nodes_behind_a_boundary_follow_those_in_front(kind: str, spacing: str, 
         of_mass += DENSITY * width**2 / 12.0 * (partly + follows) * jump
     assert (u * balance.forces(u).residual).sum() == pytest.approx(of_penalty, rel=1e-12)
     assert energy_of_mass(soil, active, faces, u) == pytest.approx(of_mass, rel=1e-10)
+
+
+@every_kind
+def test_a_boundary_on_a_line_has_no_nodes_behind_it_by_round_off(kind: str) -> None:
+    """A face of a step in which its weight is round-off would remember the displacement in it."""
+    simulation, active = block(kind, "gimp", 0.3)
+    soil, free = simulation.soil_on(active), np.zeros((active.nodes, active.grid.dim), dtype=bool)
+    last = active.lattice[:, 0] == active.lattice[:, 0].max()
+    along = np.eye(active.grid.dim)[np.zeros(last.sum(), int)]
+    for depth, kinds in ((1e-16, {Kind.EDGE}), (1e-6, {Kind.EDGE, Kind.EXTERIOR})):
+        faces = ghost_faces(soil, free, GAMMA, (active.key[last], depth * along))
+        assert {each.kind for each in faces} == kinds
 
 
 @every_kind

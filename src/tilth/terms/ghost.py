@@ -50,6 +50,9 @@ FILL_WITHOUT_PENALTY = 0.5
 """Filled fraction of a cell from which on it is not stabilised."""
 EQUALLY_FILLED = 1e-9
 """Difference of the filled fractions of two cells below which neither is the emptier one."""
+NEGLIGIBLE = 1e-9
+"""Weight of a face over the greatest one up to which it is round-off, as of a boundary on a line of
+the grid: the face has no force in this step, and remembers no displacement of it in the next."""
 EXTERIOR_STIFFNESS = 2.0
 """Dimensionless penalty factor of exterior nodes a cell behind an implicit boundary."""
 
@@ -233,7 +236,7 @@ def ghost_faces(
             (Kind.WEIGHT, away * (held_modulus > 0.0), held_modulus, 1.0, far, None),
         )
         for kind, weight, modulus_of, greatest, ends, only in kinds:
-            some = np.flatnonzero(weight > 0.0)
+            some = np.flatnonzero(weight > NEGLIGIBLE * greatest)
             if len(some) == 0:
                 continue
             held = constrained[node[some]]  # (faces, nodes, dim)
