@@ -114,8 +114,21 @@ def _of_body(subject: Subject) -> float:
     entries = subject.entries
     if "initial" not in entries or "stages" in entries or len(entries["loads"]) > 1:
         return 0.0
-    bodies = entries.get("rigid_bodies", ())
+    return _of_width(subject)
+
+
+def _of_width(subject: Subject) -> float:
+    bodies = subject.entries.get("rigid_bodies", ())
     return max((OF_BODY * CELL / body["geometry"]["radius"] for body in bodies), default=0.0)
+
+
+def of_touch(subject: Subject) -> float:
+    """Largest motion of soil at rest, over its displacement, after a step in which it was touched.
+
+    A run of one step in which a round body has come into contact: the patches of this step are of
+    soil that was not yet in contact, and those of the next one others. As `OF_BODY`.
+    """
+    return _of_width(subject) if len(subject.run.moments) == 1 else 0.0
 
 
 def of_images(subject: Subject) -> float:

@@ -22,6 +22,7 @@ from metamorphic.bounds import (
     by_round_off,
     of_images,
     of_patches,
+    of_touch,
 )
 from metamorphic.changes import with_rest, with_steps, with_unloading
 from metamorphic.choices import has_vertical
@@ -203,7 +204,9 @@ def rest(subject: Subject) -> Iterator[str]:
         for earlier, after in pairwise(moments)
     ]
     largest = Scales.of(subject.run).length
-    most = max(AT_REST, of_patches(subject), OF_STRIPS if any(hang_over(moments)) else 0.0)
+    most = max(AT_REST, of_patches(subject), of_touch(subject))
+    if any(hang_over(moments)):
+        most = max(most, OF_STRIPS)
     if max(moved) > most * largest:
         yield f"soil at rest moves by {max(moved) / largest:.1e} of its displacement"
     elif moved[-1] > max(DIES_OUT * moved[0], STILL * largest) and not (
