@@ -66,6 +66,7 @@ def warn(
 ) -> None:
     """Warns of probable mistakes in a committed step; moved: displacement of the points."""
     warnings, grid = simulation.run_warnings, simulation.grid
+    driven = step.driven  # of all processes; below only some may go on
     warnings.bounds(bound_domains(simulation.points, grid))
     if step.active.fields > 1:
         warnings.unpaired(simulation.model, simulation.points, grid)
@@ -76,9 +77,7 @@ def warn(
         free = simulation.is_forced or simulation.relaxes
         if not free and np.array_equal(balance.load_before, equilibrium.load):
             predictor = simulation.model.analysis.predictor
-            warnings.jump(
-                moved, step.driven, simulation.points, grid.cell_size, step.after, predictor
-            )
+            warnings.jump(moved, driven, simulation.points, grid.cell_size, step.after, predictor)
 
 
 def move_surfaces(

@@ -52,8 +52,8 @@ def solve(
         step, soil, balance: the step, with all its terms.
         on_iteration: is called with each iteration and its relative residual.
         tolerance: of the residual if it is less than that of the analysis [-].
-        drag: one of the terms, against which soil creeps after all other attempts have failed;
-            None if it does not.
+        drag: one of the terms, against which soil creeps after the other attempts have failed, soil
+            with friction before contact is tried with care; None if it does not.
 
     Raises:
         StepFailed: there is no equilibrium.
@@ -115,9 +115,8 @@ def attempts_from(
     Args:
         guess: nodal displacement for the first attempt [length], shape (nodes, dim), or None.
         attempts: settings of the iteration, one after the other.
-        yields: whether soil with friction is driven. It is more often this that Newton's method
-            does not solve than contact, so that it creeps before contact is tried with care, and
-            from the guess, too.
+        yields: whether soil with friction may creep. It is more often its flow that Newton's method
+            does not solve than contact, so that it creeps before contact is tried with care.
         again: whether the line search begins with the guess, too.
     """
     plain, *others = attempts

@@ -105,6 +105,7 @@ class Simulation:
         relaxation: of soil beyond a limit load; None if the analysis ends there.
         passage: remembers where soil was in front of the boundaries.
         is_forced: whether rigid bodies move freely.
+        has_friction: whether some soil has friction by a law that says what its strength is.
         distribution: which points this process owns, of those of all processes.
         kept_contact, kept_ghost: forces of contact and ghost stabilisation after the last step.
         timers: time spent in basis, stress, assembly, solve and other.
@@ -407,7 +408,7 @@ class Simulation:
         step = self.prepare(before, after)
         soil = self.soil_on(step.active)
         terms, drag = self.terms(step, soil), None
-        creeps = is_short or (step.driven > 0.0 and self.has_friction)
+        creeps = is_short or (self.has_friction and step.driven > 0.0)
         if creeps and self.dynamics is None and self.relaxation is None:
             drag = Drag.of(step.active)
             terms.insert(-1, drag)

@@ -137,7 +137,10 @@ class PreparedStep:
 
     @property
     def driven(self) -> float:
-        """How far boundaries and rigid bodies whose motion is prescribed move in it [length]."""
+        """How far boundaries and rigid bodies whose motion is prescribed move in it [length].
+
+        All processes ask for it together.
+        """
         prescribed = float(np.abs(self.conditions.increment).max(initial=0.0))
         return self.active.comm.max(max(prescribed, self.constraints.largest_increment()))
 
