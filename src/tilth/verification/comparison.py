@@ -70,3 +70,11 @@ def at_least(
     """Returns a comparison by max(0, reference - computed)."""
     error = max(0.0, reference - computed) if computed == computed else computed
     return Comparison(quantity, unit, computed, reference, error, tolerance, source)
+
+
+def at_most(
+    quantity: str, computed: float, reference: float, tolerance: float, source: str, unit: str = ""
+) -> Comparison:
+    """Returns a comparison by max(0, computed - reference)."""
+    error = max(0.0, computed - reference) if computed == computed else computed
+    return Comparison(quantity, unit, computed, reference, error, tolerance, source)
