@@ -6,6 +6,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import tempfile
+from collections import Counter
 from pathlib import Path
 
 LONGEST = 500
@@ -20,6 +21,16 @@ def tracked_sources() -> list[Path]:
     return [ROOT / name for name in listed.stdout.split()]
 
 
+def clashes(sources: list[Path]) -> list[str]:
+    """Modules of tests that pytest would import by one name: those of no package."""
+    loose = [
+        source.name
+        for source in sources
+        if source.match("test_*.py") and not (source.parent / "__init__.py").exists()
+    ]
+    return [f"{name}: {n} modules have this name" for name, n in Counter(loose).items() if n > 1]
+
+
 def problems() -> list[str]:
     found = []
     for source in tracked_sources():
@@ -29,6 +40,7 @@ def problems() -> list[str]:
             found.append(f"{name}: {len(lines)} lines, at most {LONGEST} are allowed")
         if source.suffix and not any("SPDX-License-Identifier" in line for line in lines[:2]):
             found.append(f"{name}: no SPDX licence line at the top")
+    found += clashes(tracked_sources())
     with tempfile.TemporaryDirectory() as folder:
         stub = Path(folder) / "_core.pyi"
         generate = ["-m", "nanobind.stubgen", "-q", "-m", "tilth._core", "-o", str(stub)]
