@@ -40,7 +40,7 @@ class Slider:
 
     def __init__(self, pull: float, strength: float, reach: float) -> None:
         self.pull, self.strength, self.reach = pull, strength, reach
-        self.drag = Drag(np.ones(1), np.zeros((1, 1)))
+        self.drag = Drag(cast(Soil, None), np.ones(1), np.zeros((1, 1)))
 
     def solve(self, newton: Newton, displacement: Floats, unknowns: Floats | None) -> Equilibrium:
         """Stiffness 1 up to the strength: (u, pull - min(u, strength)) with the drag."""
@@ -57,11 +57,22 @@ class Slider:
         zero = np.zeros_like(moved)
         return Equilibrium(moved, zero, zero, zero, [1.0, 0.0])
 
+    @property
+    def residual(self) -> Residual:
+        """What is out of balance without the drag."""
+
+        def at(displacement: Floats, unknowns: Floats | None) -> SimpleNamespace:
+            return SimpleNamespace(
+                relative=self.pull - min(float(displacement[0, 0]), self.strength)
+            )
+
+        return cast(Residual, SimpleNamespace(at=at))
+
 
 def crept(slider: Slider) -> list[tuple[float, bool]]:
     start = np.zeros((1, 1))
-    found = creep(slider.solve, slider.drag, NEWTON, start, None)
-    return [(float(each.displacement[0, 0]), at_rest) for each, at_rest in found]
+    path = creep(slider.solve, slider.drag, NEWTON, slider.residual, start, None)
+    return [(float(each.found.displacement[0, 0]), each.at_rest) for each in path]
 
 
 def test_soil_with_an_equilibrium_creeps_to_it() -> None:
@@ -81,25 +92,33 @@ def test_soil_without_one_moves_on() -> None:
     assert (np.diff(moved[10:]) > 1.5 * np.diff(moved[9:-1])).all()  # steps twice as long each
 
 
-def test_pseudo_steps_without_a_motion_become_more_exact() -> None:
+def test_pseudo_steps_are_more_exact_than_what_the_drag_bears() -> None:
     """Soil that is in equilibrium but for little is led on to the analysis' own tolerance."""
-    slider = Slider(pull=0.9, strength=1.0, reach=0.05)
+    slider = Slider(pull=0.9, strength=1.0, reach=1e-6)
     tolerances = []
 
     def solve(newton: Newton, displacement: Floats, unknowns: Floats | None) -> Equilibrium:
-        found = slider.solve(newton, displacement, unknowns)
-        if math.isinf(slider.drag.size):
-            return found
-        tolerances.append(newton.tolerance)
-        if newton.tolerance > 3e-8:
-            return replace(found, displacement=displacement, residuals=[1e-9])
-        return found
+        if math.isfinite(slider.drag.size):
+            tolerances.append(newton.tolerance)
+        return slider.solve(newton, displacement, unknowns)
 
-    start = np.full((1, 1), 0.5)
-    path = list(creep(solve, slider.drag, NEWTON, start, None))
-    assert path[-1][1]
-    assert tolerances[:4] == pytest.approx([1e-5, 1e-6, 1e-7, NEWTON.tolerance])
-    assert all(found.iterations for found, _ in path)
+    path = list(creep(solve, slider.drag, NEWTON, slider.residual, np.zeros((1, 1)), None))
+    assert path[-1].at_rest
+    bound = [min(1e-5, max(0.1 * each.borne, NEWTON.tolerance)) for each in path[:-1]]
+    assert tolerances == pytest.approx([1e-5, *bound[:-1]])
+    assert min(tolerances) < 1e-5
+
+
+def test_pseudo_steps_that_take_many_iterations_do_not_grow() -> None:
+    slider, sizes = Slider(pull=0.9, strength=1.0, reach=0.05), []
+
+    def solve(newton: Newton, displacement: Floats, unknowns: Floats | None) -> Equilibrium:
+        sizes.append(slider.drag.size)
+        return replace(slider.solve(newton, displacement, unknowns), residuals=[1.0] * 10)
+
+    path = creep(solve, slider.drag, NEWTON, slider.residual, np.zeros((1, 1)), None)
+    assert [each.at_rest for each in path][-1]
+    assert set(sizes) == {1.0, math.inf}
 
 
 @pytest.mark.parametrize(
@@ -126,7 +145,7 @@ def test_a_little_soil_may_fall_beside_what_drives_it(
     balance = SimpleNamespace(at=lambda u, unknowns: SimpleNamespace(relative=borne))
     found = crept_to_rest(
         cast(Simulation, simulation), cast(PreparedStep, step), cast(Soil, soil), slider.solve,
-        slider.drag, NEWTON, np.zeros((1, 1)), cast(Residual, balance),
+        slider.drag, NEWTON, np.zeros((1, 1)), cast(Residual, balance), "",
     )  # fmt: skip
     assert (found is not None) == falls
     assert told == [borne] * falls
@@ -143,7 +162,7 @@ def test_it_gives_up_where_even_the_shortest_steps_fail() -> None:
         sizes.append(slider.drag.size)
         raise StepFailed("inverted")
 
-    assert not list(creep(failing, slider.drag, NEWTON, np.zeros((1, 1)), None))
+    assert not list(creep(failing, slider.drag, NEWTON, slider.residual, np.zeros((1, 1)), None))
     assert LEAST_SIZE <= min(sizes) < 4.0 * LEAST_SIZE
 
 
@@ -151,15 +170,30 @@ def test_the_drag_has_the_stiffness_of_its_force() -> None:
     """And neither once its pseudo-step is infinite."""
     random = np.random.default_rng(1)
     stiffness, before, u, along = 1.0 + random.random(3), *random.normal(size=(3, 3, 2))
-    drag = Drag(stiffness, before, size=0.25)
-    term = drag.assembled(cast(ActiveGrid, SimpleNamespace(diagonal=np.arange(3))), [])
-    blocks = np.zeros((3, 2, 2))
+    elastic = random.normal(size=(9, 2, 2))
+    active = SimpleNamespace(
+        diagonal=np.array([0, 4, 8]), row_start=np.arange(0, 10, 3),
+        column=np.tile(np.arange(3, dtype=np.int32), 3),
+    )  # fmt: skip
+
+    def add_stiffness(pattern: ActiveGrid, blocks: Floats) -> None:
+        blocks += elastic
+
+    made = SimpleNamespace(update=lambda u: None, add_stiffness=add_stiffness)
+    elastic_soil = cast(Soil, SimpleNamespace(without_strain=lambda factor: made))
+    drag = Drag(elastic_soil, stiffness, before, size=0.25)
+    term = drag.assembled(cast(ActiveGrid, active), [])
+    blocks = np.zeros((9, 2, 2))
     term.add_stiffness(u, blocks)
+    matrix = blocks.reshape(3, 3, 2, 2)
     difference = term.force(u + along) - term.force(u)
-    np.testing.assert_allclose(np.einsum("nij,nj->ni", blocks, along), difference, rtol=1e-12)
-    np.testing.assert_allclose(term.force(u), 4.0 * stiffness[:, None] * (u - before), rtol=1e-12)
+    np.testing.assert_allclose(np.einsum("abij,bj->ai", matrix, along), difference, rtol=1e-12)
+    whole = elastic.reshape(3, 3, 2, 2)
+    moved = 4.0 * (u - before)
+    expected = np.einsum("abij,bj->ai", whole, moved) + stiffness[:, None] * moved
+    np.testing.assert_allclose(term.force(u), expected, rtol=1e-12)
     drag.size = math.inf
-    term.add_stiffness(u, (none := np.zeros((3, 2, 2))))
+    term.add_stiffness(u, (none := np.zeros((9, 2, 2))))
     assert not term.force(u).any()
     assert not none.any()
 

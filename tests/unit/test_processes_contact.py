@@ -7,6 +7,7 @@ import pytest
 from body_contacts import two_blocks
 from contact_terms import DRIVEN, FREE, pressed
 from mpi_runs import assert_as_serial
+from sand_footings import small_footing
 
 from tilth import Model
 
@@ -28,6 +29,12 @@ def test_a_rigid_body_on_a_block(kind: str, law: str, way: str, basis: str, proc
     """On springs, with unknowns of its own, or driven; it touches the cells of all processes."""
     model = pressed(kind, law, way, basis=basis).model
     assert_as_serial(model, processes, 2)
+
+
+@several
+def test_sand_that_creeps_beside_a_footing(processes: int) -> None:
+    """Six of ten steps to 0.2 B, see `test_creep_of_sand.py`."""
+    assert_as_serial(small_footing(10), processes)
 
 
 @several

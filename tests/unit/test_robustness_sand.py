@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 import tomllib
 from readings import long
+from sand_footings import small_footing
 from sand_problems import STEPS, STILL_STEPS, sand_problem
 
 from tilth import Model, steps
@@ -15,6 +16,7 @@ from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
 from tilth.mpm.initial_points import initial_points
 from tilth.templates import template
+from tilth.verification.cases import varied
 from tilth.verification.march import march
 
 FEW, MANY = 18, 200
@@ -70,3 +72,22 @@ def test_fill_without_cohesion_is_placed_and_stands(tmp_path: Path, dilation_ang
         base, finished = step.force("base"), step.finished
     assert finished
     assert base[1] == pytest.approx(weight, rel=1e-8)
+
+
+@pytest.mark.parametrize("basis", ["linear", "gimp", "cpdi2"])
+@pytest.mark.parametrize("steps", [10, 20])
+def test_a_footing_goes_down_in_sand_by_equilibria(basis: str, steps: int) -> None:
+    """Without cohesion and dilation, to 0.2 B; soil creeps in most steps, and none is cut."""
+    changes = {"bodies.0.basis": basis, "bodies.0.domain_update": None}
+    model = varied(small_footing(steps), changes)
+    residuals: list[float] = []
+    told: list[str] = []
+
+    def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
+        residuals.append(result.equilibrium.residuals[-1])
+        told[:] = simulation.run_warnings.texts
+
+    march(model, after_step)
+    assert len(residuals) == steps
+    assert max(residuals) <= model.analysis.tolerance
+    assert any("let go against a drag" in text for text in told)

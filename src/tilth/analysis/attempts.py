@@ -97,9 +97,10 @@ def solve(
         begun = 0.0 if guess is None or not yields else guess
         start = np.where(conditions.constrained, conditions.increment, begun)
         residual = Residual(balance, conditions.constrained)
-        found = crept_to_rest(simulation, step, soil, solved, drag, newton, start, residual)
+        found = crept_to_rest(
+            simulation, step, soil, solved, drag, newton, start, residual, failure.reason
+        )
         if found is not None:
-            simulation.run_warnings.crept(failure.reason, step.after)
             return found
         if not later:
             raise

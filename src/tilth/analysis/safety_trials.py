@@ -13,7 +13,7 @@ import numpy as np
 
 from tilth.analysis.creep import creep
 from tilth.analysis.mechanism import WIDTH, moving_cells
-from tilth.analysis.residual import Newton, Refinement
+from tilth.analysis.residual import Newton, Refinement, Residual
 from tilth.analysis.safety_search import Outcome, Trial
 from tilth.analysis.simulation import ROUND_OFF, Simulation
 from tilth.analysis.step import Equilibrium, solve_step
@@ -100,13 +100,14 @@ class Trials:
             self._frozen.points = simulation.points
             self._distribution = simulation.distribution
             self._soil = simulation.soil_on(step.active)
-            self._drag = Drag.of(step.active)
+            self._drag = Drag.of(self._soil)
             terms = simulation.terms(step, self._soil, self._frozen.stiffening)
             self._balance = Balance(step.active, [*terms, self._drag])
         finally:
             ghost.restore(stored)
             simulation.points, simulation.distribution = points, distribution
         self._conditions = step.conditions
+        self._residual = Residual(self._balance, step.conditions.constrained)
         self._last: Equilibrium | None = None
         self._iterations = 0
 
@@ -152,10 +153,11 @@ class Trials:
         except StepFailed:
             return self._trial(factor, Outcome.UNDECIDED, reason=failure.reason)
         moved = 0.0
-        for found, at_rest in creep(self._solve, self._drag, self._newton, begun, unknowns):
-            if at_rest or self._mechanism(found):
-                return self._judged(factor, found, crept=True)
-            moved = self._largest_of(found)
+        path = creep(self._solve, self._drag, self._newton, self._residual, begun, unknowns)
+        for each in path:
+            if each.at_rest or self._mechanism(each.found):
+                return self._judged(factor, each.found, crept=True)
+            moved = self._largest_of(each.found)
         reason = f"the soil does not come to rest ({failure.reason})"
         if moved > self.largest_displacement:
             reason += f", but none {WIDTH} cells wide moves as a whole"

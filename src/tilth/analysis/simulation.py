@@ -410,7 +410,7 @@ class Simulation:
         terms, drag = self.terms(step, soil), None
         creeps = is_short or (self.has_friction and step.driven > 0.0)
         if creeps and self.dynamics is None and self.relaxation is None:
-            drag = Drag.of(step.active)
+            drag = Drag.of(soil)
             terms.insert(-1, drag)
         with self.timers.measure("basis"):  # for this includes the matrix's pattern
             balance = Balance(step.active, terms)

@@ -40,7 +40,8 @@ class ContactRun:
 
     def curve(self, name: str, axis: int, scale: float) -> Curve:
         """Returns scale times the force along an axis against the length of the displacement."""
-        return Curve(np.hypot(*self.displacement.T), scale * self.force[name][:, axis])
+        way = np.linalg.norm(self.displacement, axis=1)
+        return Curve(way, scale * self.force[name][:, axis])
 
 
 def run_contact(model: Model, *, may_fail: bool = False) -> ContactRun:

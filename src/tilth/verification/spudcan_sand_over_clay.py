@@ -6,6 +6,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
+import numpy as np
+
+from tilth.model import Model
 from tilth.verification.cases import example, varied
 from tilth.verification.closed_forms.limit_loads import CIRCULAR_FOOTING
 from tilth.verification.comparison import Comparison, at_least, at_most, relative
@@ -27,12 +30,16 @@ LEAST_DROP = 0.03
 """By how much of its peak the resistance falls after it, at least [-]."""
 WIDER = 0.15
 """By how much the range of the two formulas is widened at each end [-]."""
+GROUND, RADIUS = 12.0, 13.5
+"""Depth and width of the quarter in 3D [m]; radius of the axisymmetric soil of nearly its area."""
+SHARES, QUARTER_STEPS = (0.03, 0.05, 0.1, 0.15), 15
+"""Penetrations over the diameter at which 3D is compared, and steps to the last of them."""
 SPREAD = 5.0
 """Depth over which a load spreads by one to each side, of 3 to 5 in use: the least load [-]."""
 
 
 def comparisons(long: bool) -> Iterator[Comparison]:
-    """The peak and the drop after it on the coarse grid; long: also on the fine one."""
+    """The peak and the drop after it on the coarse grid; long: also on the fine one, and in 3D."""
     coarse = push(COARSE)
     yield from punched(coarse, COARSE)
     if not long:
@@ -41,6 +48,7 @@ def comparisons(long: bool) -> Iterator[Comparison]:
     yield from punched(fine, FINE)
     quantity = f"peak resistance, h D/{COARSE}"
     yield relative(quantity, peak(coarse)[1], peak(fine)[1], 0.15, f"h D/{FINE}", "kN")
+    yield from in_space()
 
 
 def punched(curve: Curve, cells: int) -> Iterator[Comparison]:
@@ -50,6 +58,65 @@ def punched(curve: Curve, cells: int) -> Iterator[Comparison]:
     yield at_least(quantity, drop(curve), LEAST_DROP, 0.0, "punch-through")
     way = float(curve.displacement[-1]) / DIAMETER
     yield at_least(f"penetration over D at the end, h D/{cells}", way, WAY, 1e-9, "the case file")
+
+
+def in_space() -> Iterator[Comparison]:
+    """Rows: a quarter of the problem in 3D, in less soil, against axisymmetry."""
+    around = run_contact(round_ground()).curve("footing", 1, -1.0)
+    quarter = run_contact(quarter_of_ground()).curve("footing", 2, -4.0)  # 10 minutes on one core
+    for share in SHARES:
+        found, expected = (
+            float(np.interp(share * DIAMETER, each.displacement, each.force))
+            for each in (quarter, around)
+        )
+        quantity = f"resistance at {share:g} D, quarter in 3D, h D/{COARSE}"
+        yield relative(quantity, found, expected, 0.08, "axisymmetry", "kN")
+
+
+def round_ground() -> Model:
+    """Returns the axisymmetric model with as little soil as the quarter."""
+    return varied(
+        example(PROBLEM),
+        {
+            "bodies.0.shape": {"type": "box", "lower": [0.0, -GROUND], "upper": [RADIUS, 0.0]},
+            "boundaries.0.at": -GROUND,
+            "boundaries.1.at": RADIUS,
+            "rigid_bodies.0.displacement.y": -SHARES[-1] * DIAMETER,
+            "schedule.steps": QUARTER_STEPS,
+        },
+    )
+
+
+def quarter_of_ground() -> Model:
+    """Returns the model of a quarter of the footing, z upwards."""
+    entries = example(PROBLEM).to_dict()
+    entries["analysis"]["kind"] = "3d"
+    entries["bodies"][0] |= {
+        "shape": {"type": "box", "lower": [0.0, 0.0, -GROUND], "upper": [GROUND, GROUND, 0.0]}
+    }
+    del entries["bodies"][0]["surface"]
+    planes = {
+        "symmetry x": ("x", 0.0), "symmetry y": ("y", 0.0), "base": ("z", -GROUND),
+        "side x": ("x", GROUND), "side y": ("y", GROUND),
+    }  # fmt: skip
+    entries["boundaries"] = [
+        {"name": name, "type": "plane", "axis": axis, "at": at, "condition": "roller"}
+        for name, (axis, at) in planes.items()
+    ]
+    entries["loads"][0]["acceleration"] = [0.0, 0.0, -9.81]
+    entries["rigid_bodies"][0] |= {
+        "geometry": {
+            "type": "cone", "tip": [0.0, 0.0, 0.0], "angle": 180.0, "radius": 0.5 * DIAMETER,
+            "length": DIAMETER, "soil": "outside",
+        },
+        "centre": [0.0, 0.0, 0.0],
+        "displacement": {"x": 0.0, "y": 0.0, "z": -SHARES[-1] * DIAMETER},
+        "rotation": {"x": 0.0, "y": 0.0, "z": 0.0},
+    }  # fmt: skip
+    for track in entries["track"]:
+        track["component"] = "z"
+    entries["schedule"]["steps"] = QUARTER_STEPS
+    return Model.from_dict(entries)
 
 
 def push(cells: int) -> Curve:

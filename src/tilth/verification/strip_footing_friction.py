@@ -1,8 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A strip footing on soil with cohesion, friction and weight: its bearing capacity."""
+"""A strip footing on soil with cohesion, friction and weight: its bearing capacity.
+
+Without dilation the capacity lies below that of associated flow and not far below that of Davis'
+associated equivalent.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
@@ -12,8 +17,10 @@ import numpy as np
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
 from tilth.model import Model
+from tilth.model.davis import davis_share
 from tilth.verification.cases import example, varied
-from tilth.verification.comparison import Comparison, relative, vanishing
+from tilth.verification.closed_forms.slip_lines import Footing
+from tilth.verification.comparison import Comparison, at_least, at_most, relative, vanishing
 from tilth.verification.contact_runs import run_contact
 from tilth.verification.march import march
 
@@ -23,6 +30,10 @@ WIDTH = 1.0
 UNIT_WEIGHT = 20.0
 """Unit weight of the soil [kN/m3]."""
 SOURCE = "method of characteristics"
+SURCHARGE = 10.0
+"""On the ground beside the footing on sand [kPa]."""
+WAY, EARLY, STEP = 0.2, 0.05, 0.001
+"""Penetration into sand in all, that of the bearing capacity, and in a step [m]."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +78,7 @@ SAND_ROUGH = replace(SAND, rough=True, capacity=402.8, settlement=0.01)
 
 
 def comparisons(long: bool) -> Iterator[Comparison]:
-    """Bearing capacities on cells of B/9, in the long form also of B/19 and B/39."""
+    """Bearing capacities on cells of B/9; long: also of B/19 and B/39, and without dilation."""
     for soil in (LOOSE, LOOSE_ROUGH):
         yield from towards_the_capacity(soil, (9, 19, 39) if long else (9,))
     for basis in ("gimp", "cpdi2"):
@@ -80,6 +91,10 @@ def comparisons(long: bool) -> Iterator[Comparison]:
             yield from towards_the_capacity(soil, (9, 19))
         for soil in (WEAK, WEAK_ROUGH):
             yield from towards_the_capacity(soil, (9, 19), "gimp")
+        for cohesion in (0.0, 0.1):
+            for friction in (30.0, 37.0):
+                yield from without_dilation(cohesion, friction, 9, WAY)
+                yield from without_dilation(cohesion, friction, 19, EARLY)
 
 
 def in_contact() -> Iterator[Comparison]:
@@ -97,6 +112,60 @@ def in_contact() -> Iterator[Comparison]:
     quantity = "force of the lifted footing over the greatest"
     yield vanishing(quantity, lifted / pushed, 1e-8, "no tension")
     yield vanishing("its area in contact [m]", float(run.area[-1]), 0.0, "no tension")
+
+
+def without_dilation(
+    cohesion: float, friction: float, divisions: int, way: float
+) -> Iterator[Comparison]:
+    """The footing of `sand.toml`: its load up to 0.05 B, and that no step is cut on its way.
+
+    Args:
+        cohesion: [kPa].
+        friction: friction angle [degrees]; that of dilation is zero.
+        divisions: cells to its width.
+        way: its penetration at the end [m].
+    """
+    run = run_contact(sunk(cohesion, friction, divisions, way))
+    settlement = -run.displacement[:, 1]
+    tangent = math.tan(math.radians(friction))
+    surcharge = math.exp(math.pi * tangent) * math.tan(math.radians(45.0 + 0.5 * friction)) ** 2
+    load = -run.force["footing"][:, 1] / (0.5 * WIDTH) - UNIT_WEIGHT * settlement * surcharge
+    early = load[settlement <= EARLY + 0.5 * STEP]
+    name = f"c {cohesion:g}, phi {friction:g}, psi 0, h B/{divisions}"
+    associated = Footing(WIDTH, cohesion, friction, UNIT_WEIGHT, SURCHARGE)
+    share = float(davis_share(math.radians(friction), 0.0, 1.0, "A"))
+    davis = replace(
+        associated,
+        cohesion=share * cohesion,
+        friction_angle=math.degrees(math.atan(share * tangent)),
+    )
+    most = (1.12 if divisions < 15 else 1.08) * associated.rough()
+    source = f"{SOURCE}, associated flow, and 12 % on h B/9, 8 % on B/19"
+    yield at_most(f"greatest q to 0.05 B, {name}", float(early.max()), most, 0.0, source, "kPa")
+    source = f"{SOURCE}, Davis' equivalent less 5 %"
+    least = 0.95 * davis.rough()
+    yield at_least(f"q at 0.05 B, {name}", float(early[-1]), least, 0.0, source, "kPa")
+    steps = len(run.time) - round(way / STEP)
+    yield vanishing(f"steps cut to {way / WIDTH:g} B, {name}", steps, 0.0, "none fails")
+
+
+def sunk(cohesion: float, friction: float, divisions: int, way: float) -> Model:
+    """Returns the model of `sand.toml` with this sand, cells of B / n and way, as above."""
+    size = WIDTH / divisions
+    edge, ground = 0.5 * (WIDTH - size), 3.0
+    return varied(
+        example(PROBLEM, "sand.toml"),
+        {
+            "grid.cell_size": size,
+            "materials.sand.cohesion": cohesion,
+            "materials.sand.friction_angle": friction,
+            "bodies.0.surface.spacing": size,
+            "rigid_bodies.0.geometry.lower": [-edge, ground],
+            "rigid_bodies.0.geometry.upper": [edge, ground + 0.5],
+            "rigid_bodies.0.displacement.y": -way,
+            "schedule.steps": round(way / STEP),
+        },
+    )
 
 
 def touched(soil: Soil, divisions: int) -> Model:
