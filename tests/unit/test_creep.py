@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from tilth import AnalysisFailed, StrengthReduction
-from tilth.analysis.creep import LEAST_SIZE, PSEUDO_STEPS, creep, crept_to_rest
+from tilth.analysis.creep import CIRCLING, LEAST_SIZE, PSEUDO_STEPS, creep, crept_to_rest
 from tilth.analysis.mechanism import moving_cells
 from tilth.analysis.residual import Newton, Residual
 from tilth.analysis.safety_search import MOST_UNDECIDED, Outcome, Search, Trial
@@ -109,6 +109,18 @@ def test_pseudo_steps_are_more_exact_than_what_the_drag_bears() -> None:
     assert min(tolerances) < 1e-5
 
 
+def test_flow_is_past_once_soil_goes_round_in_a_circle() -> None:
+    """Not before: while the drag bears much, soil flows where it later need not."""
+    slider, past = Slider(pull=1.1, strength=1.0, reach=10.0), []
+    start = np.zeros((1, 1))
+    path = creep(
+        slider.solve, slider.drag, NEWTON, slider.residual, start, None,
+        lambda u: past.append(float(u[0, 0])),
+    )  # fmt: skip
+    moved = [float(each.found.displacement[0, 0]) for each in path]
+    assert past == moved[CIRCLING:]
+
+
 def test_pseudo_steps_that_take_many_iterations_do_not_grow() -> None:
     slider, sizes = Slider(pull=0.9, strength=1.0, reach=0.05), []
 
@@ -140,7 +152,9 @@ def test_a_little_soil_may_fall_beside_what_drives_it(
     grid = SimpleNamespace(cell_size=np.full(2, 1e6))  # soil may fall deep
     active = SimpleNamespace(grid=grid, owned=np.array([True]))
     step = SimpleNamespace(driven=driven, active=active, after=1.0)
-    soil = SimpleNamespace(active=active, nodal_volume=one, interpolate=lambda u: u)
+    soil = SimpleNamespace(
+        active=active, nodal_volume=one, interpolate=lambda u: u, flow=lambda u: None
+    )
     slider = Slider(pull=1.1, strength=1.0, reach=10.0)
     balance = SimpleNamespace(at=lambda u, unknowns: SimpleNamespace(relative=borne))
     found = crept_to_rest(

@@ -37,6 +37,10 @@ if TYPE_CHECKING:
 PSEUDO_STEPS = 100
 """Pseudo-steps that are tried, at most."""
 
+CIRCLING = 30
+"""Pseudo-steps after which the soil goes round in a circle. From there on the plastic flow of each
+is past: what the soil has done it cannot undo, and so it comes to rest."""
+
 LEAST_SIZE = 1e-4
 """Least size of a pseudo-step; in one of size 1 the drag is as stiff as all soil."""
 
@@ -58,9 +62,9 @@ LARGEST_CREEP, LARGEST_SLUMP = 0.1, 1.0
 """Motion of a point, beyond what is prescribed, from which on soil does not come to rest in a step
 [cells]; the latter where boundaries or bodies drive it, beside which soil crumbles and slumps."""
 
-FALLING = 1e-4
+FALLING, PATIENCE = 1e-4, 6
 """Share of the forces that are not in equilibrium, with which soil may go on to fall beside what
-drives it [-]."""
+drives it [-], and the number of pseudo-steps that it has to do so."""
 
 Solve = Callable[[Newton, Floats, Floats | None], Equilibrium]
 """Solves the balance by Newton's iteration from a displacement (nodes, dim) and global unknowns
@@ -92,6 +96,7 @@ def creep(
     residual: Residual,
     displacement: Floats,
     unknowns: Floats | None,
+    flow: Callable[[Floats], None] = lambda displacement: None,
 ) -> Iterator[Crept]:
     """Lets the soil creep from a displacement (nodes, dim) and global unknowns (m,).
 
@@ -101,6 +106,7 @@ def creep(
         newton: the iteration for the equilibrium without drag.
         residual: of the balance.
         displacement, unknowns: where the soil is: in equilibrium with another load or strength.
+        flow: makes the plastic flow up to a solution past, as `Soil.flow`.
 
     Yields:
         Where the soil is after each pseudo-step; last of all its equilibrium without drag if it
@@ -110,7 +116,7 @@ def creep(
     last = replace(newton, maximum_iterations=LAST)
     size, rest, tolerance = 1.0, REST, TOLERANCE
     try:
-        for _ in range(PSEUDO_STEPS):
+        for number in range(PSEUDO_STEPS):
             drag.before, drag.size = displacement, size
             loose = replace(newton, tolerance=max(tolerance, newton.tolerance), refinement=some)
             try:
@@ -121,6 +127,8 @@ def creep(
                     return
                 continue
             displacement, unknowns = found.displacement, found.global_unknowns
+            if number >= CIRCLING:
+                flow(displacement)
             if found.iterations <= EASY:
                 size *= GROWTH
             drag.size = np.inf
@@ -180,17 +188,16 @@ def crept_to_rest(
     driven = step.driven
     most = LARGEST_SLUMP if driven > 0.0 else LARGEST_CREEP
     bound = driven + most * float(step.active.grid.cell_size.min())
-    falling: Crept | None = None
-    for each in creep(solve, drag, newton, residual, displacement, None):
+    slow = 0
+    for each in creep(solve, drag, newton, residual, displacement, None, soil.flow):
         if each.at_rest:
             simulation.run_warnings.crept(reason, step.after)
             return each.found
         moved = np.linalg.norm(soil.interpolate(each.found.displacement), axis=1)
         if comm.max(float(moved.max(initial=0.0))) > bound:
-            break
-        if driven > 0.0 and each.borne <= FALLING:
-            falling = each
-    if falling is None:
-        return None
-    simulation.run_warnings.falls(falling.borne, step.after)
-    return replace(falling.found, residuals=[*falling.found.residuals, falling.borne])
+            return None
+        slow = slow + 1 if each.borne <= FALLING else 0
+        if driven > 0.0 and slow == PATIENCE:
+            simulation.run_warnings.falls(each.borne, step.after)
+            return replace(each.found, residuals=[*each.found.residuals, each.borne])
+    return None

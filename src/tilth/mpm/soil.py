@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import TypeAlias
 
 import numpy as np
 
@@ -52,6 +53,16 @@ class _Trial:
         )
 
 
+_Flown: TypeAlias = tuple[Floats, Floats, Floats]
+"""Elastic deformation less the identity (n, 6), plastic strain and state."""
+
+_TENSOR = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])
+"""Components of a symmetric tensor, 6, in its matrix."""
+
+_COMPONENTS = np.array([0, 4, 8, 1, 5, 2])
+"""Their places in the matrix, row by row."""
+
+
 class Soil:
     """Material points on the grid of one step, with the trial state of this step.
 
@@ -83,6 +94,7 @@ class Soil:
                 for body, stencil in zip(points.bodies, active.stencils, strict=True)
             ]
         self._plastic_volumes = PlasticVolumes(points, self._centres, own, active.comm)
+        self._flown: _Flown | None = None
 
     def without_strain(self, factor: float) -> Soil:
         """Returns linear elastic soil at the same points, with no strain and no stress.
@@ -117,7 +129,7 @@ class Soil:
         """
         points, trial = self.points, self._trial
         with self._timers.measure("stress"):
-            elastic = self._plastic_volumes.elastic_deformation()
+            elastic, plastic, state = self._start()
             for body, stencil, centres in zip(
                 points.bodies, self.active.stencils, self._centres, strict=True
             ):
@@ -126,9 +138,8 @@ class Soil:
                     centres.update(displacement)
                 point, status = _core.stress_update(
                     self.kind, body.law.core, points.parameters_of(body), stencil, displacement,
-                    points.position[s], elastic[s], points.plastic[s],
-                    points.state[s], trial.elastic[s], trial.plastic[s], trial.state[s],
-                    trial.response[s], centres,
+                    points.position[s], elastic[s], plastic[s], state[s],
+                    trial.elastic[s], trial.plastic[s], trial.state[s], trial.response[s], centres,
                 )  # fmt: skip
                 if status:
                     number = int(points.point_id[body.start + point])
@@ -136,9 +147,37 @@ class Soil:
                     reason = inverted if status == INVERTED else body.law.failure
                     raise StepFailed(reason, point=number)
 
+    def _start(self) -> tuple[Floats, Floats, Floats]:
+        """Returns elastic deformation, plastic strain and state from which the soil flows."""
+        if self._flown is not None:
+            return self._flown
+        points = self.points
+        return self._plastic_volumes.elastic_deformation(), points.plastic, points.state
+
+    def flow(self, displacement: Floats) -> None:
+        """Makes the plastic flow to the trial state past: from there the soil unloads elastically.
+
+        The elastic deformation b at the trial state F is that of soil which starts the step with
+        F^-1 b F^-T, with the plastic strain and state of the trial.
+
+        displacement: of the trial state [length], shape (nodes, dim).
+        """
+        determinant, inverse = self.step_inverses(displacement)
+        scaled = 2 if self.kind == "plane_strain" else 3
+        for body, centres in zip(self.points.bodies, self._centres, strict=True):
+            if centres is not None:
+                s = body.points
+                ratio = (determinant[s] / centres.jacobian) ** (1.0 / scaled)
+                inverse[s, :scaled, :scaled] *= ratio[:, None, None]
+        trial = self._trial
+        elastic = inverse @ (np.eye(3) + trial.elastic[:, _TENSOR]) @ inverse.transpose(0, 2, 1)
+        elastic = (elastic - np.eye(3)).reshape(-1, 9)[:, _COMPONENTS]
+        self._flown = np.ascontiguousarray(elastic), trial.plastic.copy(), trial.state.copy()
+
     def restart(self) -> None:
-        """Begins anew with the revisions of plastic volume changes."""
+        """Begins anew: with the revisions of plastic volume changes, and without past flow."""
         self._plastic_volumes.restart()
+        self._flown = None
 
     def refine(self) -> float:
         """Revises the plastic volume changes of points with F-bar by the trial state.
