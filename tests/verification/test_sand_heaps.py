@@ -91,7 +91,7 @@ def test_factors_without_dilation(heap: SandHeap) -> None:
         long(SandHeap(phi, psi, 0.8 * phi, angle))
         for phi in (30.0, 37.0, 45.0)
         for psi in (0.5 * phi, phi)
-        for angle in (0.0, 17.0)
+        for angle in (0.0, 17.0, 45.0)
     ],
 )
 def test_factors_with_dilation(heap: SandHeap) -> None:
