@@ -31,6 +31,9 @@ from tilth.terms.drag import Drag
 
 NEWTON = Newton(tolerance=1e-8, maximum_iterations=20, line_search=True, round_off=0.0)
 
+STIFF = cast(Soil, SimpleNamespace(flow=lambda displacement: None))
+"""Soil that does not flow."""
+
 
 class Slider:
     """A block on a plane: its strength holds the pull up to a distance, beyond which it is less.
@@ -71,7 +74,7 @@ class Slider:
 
 def crept(slider: Slider) -> list[tuple[float, bool]]:
     start = np.zeros((1, 1))
-    path = creep(slider.solve, slider.drag, NEWTON, slider.residual, start, None)
+    path = creep(slider.solve, slider.drag, NEWTON, slider.residual, start, None, STIFF)
     return [(float(each.found.displacement[0, 0]), each.at_rest) for each in path]
 
 
@@ -102,7 +105,7 @@ def test_pseudo_steps_are_more_exact_than_what_the_drag_bears() -> None:
             tolerances.append(newton.tolerance)
         return slider.solve(newton, displacement, unknowns)
 
-    path = list(creep(solve, slider.drag, NEWTON, slider.residual, np.zeros((1, 1)), None))
+    path = list(creep(solve, slider.drag, NEWTON, slider.residual, np.zeros((1, 1)), None, STIFF))
     assert path[-1].at_rest
     bound = [min(1e-5, max(0.1 * each.borne, NEWTON.tolerance)) for each in path[:-1]]
     assert tolerances == pytest.approx([1e-5, *bound[:-1]])
@@ -113,10 +116,8 @@ def test_flow_is_past_once_soil_goes_round_in_a_circle() -> None:
     """Not before: while the drag bears much, soil flows where it later need not."""
     slider, past = Slider(pull=1.1, strength=1.0, reach=10.0), []
     start = np.zeros((1, 1))
-    path = creep(
-        slider.solve, slider.drag, NEWTON, slider.residual, start, None,
-        lambda u: past.append(float(u[0, 0])),
-    )  # fmt: skip
+    soil = cast(Soil, SimpleNamespace(flow=lambda u: past.append(float(u[0, 0]))))
+    path = creep(slider.solve, slider.drag, NEWTON, slider.residual, start, None, soil)
     moved = [float(each.found.displacement[0, 0]) for each in path]
     assert past == moved[CIRCLING:]
 
@@ -128,7 +129,7 @@ def test_pseudo_steps_that_take_many_iterations_do_not_grow() -> None:
         sizes.append(slider.drag.size)
         return replace(slider.solve(newton, displacement, unknowns), residuals=[1.0] * 10)
 
-    path = creep(solve, slider.drag, NEWTON, slider.residual, np.zeros((1, 1)), None)
+    path = creep(solve, slider.drag, NEWTON, slider.residual, np.zeros((1, 1)), None, STIFF)
     assert [each.at_rest for each in path][-1]
     assert set(sizes) == {1.0, math.inf}
 
@@ -176,7 +177,9 @@ def test_it_gives_up_where_even_the_shortest_steps_fail() -> None:
         sizes.append(slider.drag.size)
         raise StepFailed("inverted")
 
-    assert not list(creep(failing, slider.drag, NEWTON, slider.residual, np.zeros((1, 1)), None))
+    assert not list(
+        creep(failing, slider.drag, NEWTON, slider.residual, np.zeros((1, 1)), None, STIFF)
+    )
     assert LEAST_SIZE <= min(sizes) < 4.0 * LEAST_SIZE
 
 

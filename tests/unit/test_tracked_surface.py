@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -151,6 +152,29 @@ def test_a_boundary_point_that_leaves_the_soil_fails_the_step() -> None:
     simulation = Simulation(Model.from_dict(entries))
     with pytest.raises(StepFailed, match="the loaded surface of 'square' left the soil"):
         simulation.advance(0.0, 0.1)
+
+
+def test_a_surface_without_load_goes_on_without_points_far_from_the_soil() -> None:
+    """A chain of the user's own, one point of which is more than a cell away; the run says so."""
+    entries = stretched([[1.0, 0.0], [0.0, 1.0]]).to_dict()
+    entries["loads"] = []
+    side = np.linspace(0.0, 2.0, 6)[:-1]
+    vertices = [
+        *([x, 0.0] for x in side), *([2.0, y] for y in side),
+        *([2.0 - x, 2.0] for x in side), *([0.0, 2.0 - y] for y in side),
+    ]  # fmt: skip
+    entries["bodies"][0]["surface"] = {"vertices": vertices, "closed": True}
+    simulation = Simulation(Model.from_dict(entries))
+    surface = surface_of(simulation)
+    whole = surface.chains[0]
+    points = whole.current.points.copy()
+    points[12] = [1.2, 5.0]
+    surface.chains[0] = replace(whole, current=Chain(points, True, whole.current.corner))
+    simulation.advance(0.0, 0.1)
+    assert surface.chains[0].current.points[:, 1].max() < 2.5
+    assert any("goes on without them" in text for text in simulation.run_warnings.texts)
+    simulation.advance(0.1, 0.2)
+    assert surface.chains[0].current.points[:, 1].max() < 2.5
 
 
 def test_redistribution_never_removes_a_kept_point() -> None:

@@ -94,4 +94,4 @@ def move_surfaces(
     for surface, (state, warning) in zip(surfaces, moved, strict=True):
         surface.commit(state)
         if warning:
-            simulation.run_warnings.note(f"crossing of {surface.name}", warning)
+            simulation.run_warnings.note(warning.partition(" at ")[0], warning)

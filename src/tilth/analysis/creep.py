@@ -96,7 +96,7 @@ def creep(
     residual: Residual,
     displacement: Floats,
     unknowns: Floats | None,
-    flow: Callable[[Floats], None] = lambda displacement: None,
+    soil: Soil,
 ) -> Iterator[Crept]:
     """Lets the soil creep from a displacement (nodes, dim) and global unknowns (m,).
 
@@ -106,7 +106,7 @@ def creep(
         newton: the iteration for the equilibrium without drag.
         residual: of the balance.
         displacement, unknowns: where the soil is: in equilibrium with another load or strength.
-        flow: makes the plastic flow up to a solution past, as `Soil.flow`.
+        soil: that creeps.
 
     Yields:
         Where the soil is after each pseudo-step; last of all its equilibrium without drag if it
@@ -128,7 +128,7 @@ def creep(
                 continue
             displacement, unknowns = found.displacement, found.global_unknowns
             if number >= CIRCLING:
-                flow(displacement)
+                soil.flow(displacement)
             if found.iterations <= EASY:
                 size *= GROWTH
             drag.size = np.inf
@@ -189,15 +189,16 @@ def crept_to_rest(
     most = LARGEST_SLUMP if driven > 0.0 else LARGEST_CREEP
     bound = driven + most * float(step.active.grid.cell_size.min())
     slow = 0
-    for each in creep(solve, drag, newton, residual, displacement, None, soil.flow):
+    for each in creep(solve, drag, newton, residual, displacement, None, soil):
         if each.at_rest:
             simulation.run_warnings.crept(reason, step.after)
             return each.found
         moved = np.linalg.norm(soil.interpolate(each.found.displacement), axis=1)
         if comm.max(float(moved.max(initial=0.0))) > bound:
-            return None
+            break
         slow = slow + 1 if each.borne <= FALLING else 0
         if driven > 0.0 and slow == PATIENCE:
             simulation.run_warnings.falls(each.borne, step.after)
             return replace(each.found, residuals=[*each.found.residuals, each.borne])
+    soil.past = None
     return None

@@ -24,6 +24,7 @@ from tilth.model import StrengthReduction
 from tilth.mpm.background import largest_face
 from tilth.mpm.frozen_points import FROZEN_STRAIN, FrozenPoints, mean_elastic_strain, thickness
 from tilth.mpm.points import MaterialPoints
+from tilth.mpm.soil import PastFlow
 from tilth.solvers import LinearSolver, PetscSolver, distributed_solver, linear_solver
 from tilth.terms.balance import Balance
 from tilth.terms.drag import Drag
@@ -109,6 +110,7 @@ class Trials:
         self._conditions = step.conditions
         self._residual = Residual(self._balance, step.conditions.constrained)
         self._last: Equilibrium | None = None
+        self._past: PastFlow | None = None
         self._iterations = 0
 
     def at(self, factor: float, pursues: bool) -> Trial:
@@ -117,6 +119,7 @@ class Trials:
         pursues: whether the soil is let go where Newton's iteration finds none.
         """
         self._soil.points = self._frozen.reduced(factor, self._davis)
+        self._soil.past = self._past
         self._iterations = 0
         guess, unknowns = None, None
         if self._last is not None:
@@ -153,7 +156,9 @@ class Trials:
         except StepFailed:
             return self._trial(factor, Outcome.UNDECIDED, reason=failure.reason)
         moved = 0.0
-        path = creep(self._solve, self._drag, self._newton, self._residual, begun, unknowns)
+        path = creep(
+            self._solve, self._drag, self._newton, self._residual, begun, unknowns, self._soil
+        )
         for each in path:
             if each.at_rest or self._mechanism(each.found):
                 return self._judged(factor, each.found, crept=True)
@@ -184,7 +189,7 @@ class Trials:
                 f"a mechanism of {cells} cells moves by more than {self.largest_displacement:.3g}"
             )
             return self._trial(factor, Outcome.COLLAPSE, moved, reason, crept)
-        self._last = found
+        self._last, self._past = found, self._soil.past
         return self._trial(factor, Outcome.EQUILIBRIUM, moved, crept=crept)
 
     def _trial(
@@ -225,7 +230,7 @@ class Trials:
         """
         assert self._last is not None
         points: MaterialPoints = self._frozen.reduced(factor, self._davis)
-        self._soil.points = points
+        self._soil.points, self._soil.past = points, self._past
         with together(self._comm):
             self._soil.update(self._last.displacement)
         plastic = self._frozen.stiffening * self._soil.plastic_increment()

@@ -74,13 +74,16 @@ class PlasticVolumes:
         self.difference = np.zeros(len(points))
         self._tried: list[tuple[Floats, Floats]] = []
 
-    def elastic_deformation(self) -> Floats:
-        """Returns that of the points at the start of the step with the differences [-], (n, 6)."""
-        elastic = self._points.elastic_deformation
-        if not self.difference.any():
+    def scaled(self, elastic: Floats, before: Floats | float = 0.0) -> Floats:
+        """Returns elastic deformation [-], (n, 6), with the differences.
+
+        before: those that it has already, shape (n,).
+        """
+        missing = self.difference - before
+        if not missing.any():
             return elastic
         identity = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
-        scaled = np.expm1(2.0 / 3.0 * self.difference)[:, None] * (elastic + identity)
+        scaled = np.expm1(2.0 / 3.0 * missing)[:, None] * (elastic + identity)
         return np.asarray(elastic + scaled)
 
     def restart(self) -> None:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TypeAlias
 
 import numpy as np
 
@@ -53,8 +52,21 @@ class _Trial:
         )
 
 
-_Flown: TypeAlias = tuple[Floats, Floats, Floats]
-"""Elastic deformation less the identity (n, 6), plastic strain and state."""
+@dataclass(frozen=True)
+class PastFlow:
+    """What soil that has flowed within a step would have started it with, see `Soil.flow`.
+
+    Attributes:
+        elastic: elastic left Cauchy-Green tensor less the identity [-], shape (n, 6).
+        plastic, state: as those of `MaterialPoints`.
+        difference: of the plastic volume changes that it has, see `PlasticVolumes`, shape (n,).
+    """
+
+    elastic: Floats
+    plastic: Floats
+    state: Floats
+    difference: Floats
+
 
 _TENSOR = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])
 """Components of a symmetric tensor, 6, in its matrix."""
@@ -72,6 +84,9 @@ class Soil:
         kind: "plane_strain", "axisymmetric" or "3d".
         timers: takes the time of the kernels.
         own: which points this process owns, shape (n,); all if not given.
+
+    Attributes:
+        past: plastic flow in the step that cannot be undone; None without.
     """
 
     def __init__(
@@ -94,7 +109,7 @@ class Soil:
                 for body, stencil in zip(points.bodies, active.stencils, strict=True)
             ]
         self._plastic_volumes = PlasticVolumes(points, self._centres, own, active.comm)
-        self._flown: _Flown | None = None
+        self.past: PastFlow | None = None
 
     def without_strain(self, factor: float) -> Soil:
         """Returns linear elastic soil at the same points, with no strain and no stress.
@@ -149,10 +164,11 @@ class Soil:
 
     def _start(self) -> tuple[Floats, Floats, Floats]:
         """Returns elastic deformation, plastic strain and state from which the soil flows."""
-        if self._flown is not None:
-            return self._flown
-        points = self.points
-        return self._plastic_volumes.elastic_deformation(), points.plastic, points.state
+        points, past = self.points, self.past
+        if past is None:
+            elastic = self._plastic_volumes.scaled(points.elastic_deformation)
+            return elastic, points.plastic, points.state
+        return self._plastic_volumes.scaled(past.elastic, past.difference), past.plastic, past.state
 
     def flow(self, displacement: Floats) -> None:
         """Makes the plastic flow to the trial state past: from there the soil unloads elastically.
@@ -171,13 +187,16 @@ class Soil:
                 inverse[s, :scaled, :scaled] *= ratio[:, None, None]
         trial = self._trial
         elastic = inverse @ (np.eye(3) + trial.elastic[:, _TENSOR]) @ inverse.transpose(0, 2, 1)
-        elastic = (elastic - np.eye(3)).reshape(-1, 9)[:, _COMPONENTS]
-        self._flown = np.ascontiguousarray(elastic), trial.plastic.copy(), trial.state.copy()
+        self.past = PastFlow(
+            np.ascontiguousarray((elastic - np.eye(3)).reshape(-1, 9)[:, _COMPONENTS]),
+            trial.plastic.copy(),
+            trial.state.copy(),
+            self._plastic_volumes.difference,
+        )
 
     def restart(self) -> None:
-        """Begins anew: with the revisions of plastic volume changes, and without past flow."""
+        """Begins anew with the revisions of plastic volume changes."""
         self._plastic_volumes.restart()
-        self._flown = None
 
     def refine(self) -> float:
         """Revises the plastic volume changes of points with F-bar by the trial state.

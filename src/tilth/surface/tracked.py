@@ -37,6 +37,8 @@ PARTS_OF_SEGMENT = 4
 """Quadrature points per segment for contact: with two segments in a cell eight."""
 ROUND_OFF = 1e-9
 """Share of a chain's length that does not count."""
+LEAST_KEPT = 0.9
+"""Share of a chain's points near the soil with which it goes on without the others."""
 COINCIDENCE_TOLERANCE = 1e-6
 """Points nearer than this many initial spacings coincide."""
 
@@ -89,6 +91,9 @@ class TrackedSurface:
                 chain, ids = _outer_layer(chain, points, number)
             self.chains.append(TrackedChain(chain, chain, np.zeros(0, dtype=np.int64), ids))
         self._parts: dict[int, tuple[int, int, int]] = {}
+        self._is_loaded = any(
+            isinstance(load, SurfaceLoad) and load.body == body.name for load in model.loads
+        )
         for load_number, load in enumerate(model.loads):
             if isinstance(load, SurfaceLoad) and load.body == body.name and load.start is not None:
                 self._mark(load_number, load)
@@ -220,8 +225,11 @@ class TrackedSurface:
         self, active: ActiveGrid, displacement: Floats, points: MaterialPoints, position: Floats
     ) -> tuple[list[TrackedChain], str | None]:
         """As `BodySurface.moved`."""
-        moved = []
+        moved, lost = [], False
         for tracked in self.chains:
+            if not (self._is_loaded or len(tracked.point_id)):
+                whole, tracked = tracked, self._near_soil(tracked, active)
+                lost |= tracked is not whole
             if len(tracked.point_id):
                 x = self._at_points(active, tracked.point_id, points, position)
             else:
@@ -235,10 +243,36 @@ class TrackedSurface:
             tracked = replace(tracked, current=current)
             moved.append(tracked if len(tracked.point_id) else self._redistributed(tracked))
         crossings = find_crossings([tracked.current for tracked in moved])
-        if not len(crossings.position):
-            return moved, None
-        where = ", ".join(f"{x:.4g}" for x in crossings.position[0])
-        return moved, f"the surface of {self.name!r} touches or crosses itself at ({where})"
+        if len(crossings.position):
+            where = ", ".join(f"{x:.4g}" for x in crossings.position[0])
+            return moved, f"the surface of {self.name!r} touches or crosses itself at ({where})"
+        if lost:
+            return moved, (
+                f"boundary points of {self.name!r} are more than a cell away from its soil, as on "
+                "soil that crumbles; its surface, on which no load acts, goes on without them"
+            )
+        return moved, None
+
+    def _near_soil(self, tracked: TrackedChain, active: ActiveGrid) -> TrackedChain:
+        """Returns the chain without points that are more than a cell away from the soil.
+
+        Such as those on soil that crumbles. With too few others it stays as it is.
+        """
+        points, comm = tracked.current.points, active.comm
+        mine = near_process(active, points)
+        with together(comm):
+            near = near_soil(active, points[mine], active.points.field_of_body(self.name))
+        kept = from_owners(comm, mine, near.astype(np.float64)) > 0.0
+        if kept.all() or kept.sum() < LEAST_KEPT * len(kept):
+            return tracked
+        try:
+            current, initial = (
+                Chain(each.points[kept], each.closed, each.corner[kept])
+                for each in (tracked.current, tracked.initial)
+            )
+        except BadSurface as error:
+            raise StepFailed(f"the surface of {self.name!r}: {error.problem}") from error
+        return replace(tracked, current=current, initial=initial)
 
     def _at_points(
         self, active: ActiveGrid, point_id: Integers, points: MaterialPoints, position: Floats
