@@ -44,7 +44,7 @@ is past: what the soil has done it cannot undo, and so it comes to rest."""
 LEAST_SIZE = 1e-4
 """Least size of a pseudo-step; in one of size 1 the drag is as stiff as all soil."""
 
-GROWTH, EASY = 2.0, 8
+GROWTH, EASY = 2.0, 20
 """Ratio of a pseudo-step's size to that of the one before, if that took no more than so many
 iterations; else they are of one size."""
 

@@ -469,7 +469,7 @@ class Simulation:
         terms: list[Term] = [SoilForces(soil), boundaries, ghost, axis, on_points, on_surfaces]
         force = self.round_off / ROUND_OFF
         motion = self._time_step(before, after)
-        still = motion is not None and motion.from_rest
+        still = stiffening != 1.0 or (motion is not None and motion.from_rest)
         terms += contact_terms(constraints.contacts, self.bodies, after, force, active.nodes, still)
         if self._ghost.of_weight or len(self._edge_support.face):
             terms.append(self._edge_support.term(active, self._ghost.of_weight, stiffening))

@@ -182,7 +182,8 @@ class Supports:
         nodes: number of nodes of the grid.
         still: whether what is in contact at the start, or holds soil by a bilateral law, keeps its
             gaps: the step is only to give the accelerations at the start, and a gap that is closed
-            in it would be one of them.
+            in it would be one of them; or the geometry is frozen, and the soil too stiff to close
+            one.
 
     Attributes:
         active: which points take part, shape (n,).
