@@ -335,9 +335,15 @@ def deformed_laboratory(
     random: np.random.Generator,
     steps: int = 3,
     spacing: str = "uniform",
+    method: str = "none",
 ) -> Laboratory:
-    """A block after some random steps: general strain, partly plastic where the soil can be."""
-    model = Model.from_dict(spaced(block_entries(kind, basis, material), spacing))
+    """A block after some random steps: general strain, partly plastic where the soil can be.
+
+    method: against locking.
+    """
+    entries = block_entries(kind, basis, material)
+    entries["bodies"][0]["anti_locking"] = method
+    model = Model.from_dict(spaced(entries, spacing))
     points = jittered_points(model, random, 0.4)
     laboratory = Laboratory(kind, points, Simulation(model, points).grid)
     for _ in range(steps):

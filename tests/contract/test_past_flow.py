@@ -9,34 +9,14 @@ from small_problems import (
     BASES,
     KINDS,
     POINT_MATERIALS,
-    Laboratory,
-    block_entries,
     by_number,
     deformed_laboratory,
     dimension,
-    jittered_points,
     yields,
 )
 
-from tilth import Model
-from tilth.analysis.simulation import Simulation
-
 every_kind = pytest.mark.parametrize("kind", KINDS)
 every_material = pytest.mark.parametrize("material", POINT_MATERIALS)
-
-
-def laboratory_with(
-    method: str, kind: str, basis: str, material: str, random: np.random.Generator
-) -> Laboratory:
-    """A block after some random steps, with or without F-bar."""
-    entries = block_entries(kind, basis, material)
-    entries["bodies"][0]["anti_locking"] = method
-    model = Model.from_dict(entries)
-    points = jittered_points(model, random, 0.4)
-    laboratory = Laboratory(kind, points, Simulation(model, points).grid)
-    for _ in range(2):
-        laboratory.step(laboratory.random_displacement(random, 0.06))
-    return laboratory
 
 
 @every_kind
@@ -47,7 +27,7 @@ def test_the_force_stays_and_the_way_back_is_elastic(
     method: str, kind: str, basis: str, material: str
 ) -> None:
     random = np.random.default_rng(6)
-    laboratory = laboratory_with(method, kind, basis, material, random)
+    laboratory = deformed_laboratory(kind, basis, material, random, 2, method=method)
     soil, u = laboratory.soil, laboratory.random_displacement(random, 0.06)
     force = laboratory.internal_force(u)
     flowed = soil.plastic_increment()
@@ -73,7 +53,7 @@ def test_it_is_as_in_two_steps(kind: str, material: str) -> None:
     Without F-bar, which smooths the volumetric strains at the end of each step.
     """
     random = np.random.default_rng(7)
-    laboratory = laboratory_with("none", kind, "gimp", material, random)
+    laboratory = deformed_laboratory(kind, "gimp", material, random, 2)
     dim = dimension(kind)
     if kind == "axisymmetric":
         first, second = (np.diag(1.0 + 0.06 * random.uniform(-1, 1, 2)) for _ in range(2))
@@ -96,7 +76,7 @@ def test_it_is_as_in_two_steps(kind: str, material: str) -> None:
 def test_points_keep_their_own_plastic_volume_changes(kind: str) -> None:
     """Those of before count once, and later ones as without past flow."""
     random = np.random.default_rng(9)
-    laboratory = laboratory_with("f_bar", kind, "gimp", "mohr_coulomb", random)
+    laboratory = deformed_laboratory(kind, "gimp", "mohr_coulomb", random, 2, method="f_bar")
     soil, u = laboratory.soil, laboratory.random_displacement(random, 0.06)
     laboratory.internal_force(u)
     assert soil.refine() > 1.0

@@ -45,6 +45,15 @@ REGULAR = 1e-10
 """Share of the trace that is added to the diagonal of the normal equations."""
 
 
+def with_volume_change(elastic: Floats, change: Floats) -> Floats:
+    """Returns elastic left Cauchy-Green tensors less the identity, (n, 6), of changed volume.
+
+    change: of the logarithmic volumetric strain [-], shape (n,).
+    """
+    identity = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+    return np.asarray(elastic + np.expm1(2.0 / 3.0 * change)[:, None] * (elastic + identity))
+
+
 class PlasticVolumes:
     """The differences of plastic volume change within the cells in one step.
 
@@ -82,9 +91,7 @@ class PlasticVolumes:
         missing = self.difference - before
         if not missing.any():
             return elastic
-        identity = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
-        scaled = np.expm1(2.0 / 3.0 * missing)[:, None] * (elastic + identity)
-        return np.asarray(elastic + scaled)
+        return with_volume_change(elastic, missing)
 
     def restart(self) -> None:
         """Begins anew with the revisions; the differences stay."""

@@ -18,7 +18,7 @@ from tilth.model.laws import laws
 from tilth.mpm.domains import MovedDomains, move_domain_faces, moved_domains, update_domains
 from tilth.mpm.f_bar import Centres
 from tilth.mpm.grid import ActiveGrid
-from tilth.mpm.plastic_volumes import PlasticVolumes
+from tilth.mpm.plastic_volumes import PlasticVolumes, with_volume_change
 from tilth.mpm.points import ElasticModuli, MaterialPoints
 from tilth.timers import Timers
 
@@ -390,9 +390,7 @@ class Soil:
         smoothed = np.flatnonzero(correction)
         if len(smoothed) == 0:
             return
-        trial = elastic[smoothed]
-        identity = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
-        trial += np.expm1(2.0 / 3.0 * correction[smoothed])[:, None] * (trial + identity)
+        trial = with_volume_change(elastic[smoothed], correction[smoothed])
         # a law whose strength depends on the pressure returns the stress to its yield surface
         state, plastic = self._trial.state[s], self._trial.plastic[s]
         returned, plastic_after, stress = (

@@ -227,13 +227,16 @@ class TrackedSurface:
         """As `BodySurface.moved`."""
         moved, lost = [], False
         for tracked in self.chains:
-            if not (self._is_loaded or len(tracked.point_id)):
-                whole, tracked = tracked, self._near_soil(tracked, active)
-                lost |= tracked is not whole
             if len(tracked.point_id):
                 x = self._at_points(active, tracked.point_id, points, position)
             else:
-                x = moved_with_grid(active, tracked.current.points, displacement, self.name)
+                try:
+                    x = moved_with_grid(active, tracked.current.points, displacement, self.name)
+                except StepFailed:
+                    if self._is_loaded:
+                        raise
+                    lost, tracked = True, self._near_soil(tracked, active)
+                    x = moved_with_grid(active, tracked.current.points, displacement, self.name)
                 on_axis = self._ends_on_axis(tracked.current, active)
                 x[on_axis, 0] = tracked.current.points[on_axis, 0]
             try:
@@ -263,7 +266,7 @@ class TrackedSurface:
         with together(comm):
             near = near_soil(active, points[mine], active.points.field_of_body(self.name))
         kept = from_owners(comm, mine, near.astype(np.float64)) > 0.0
-        if kept.all() or kept.sum() < LEAST_KEPT * len(kept):
+        if kept.sum() < LEAST_KEPT * len(kept):
             return tracked
         try:
             current, initial = (
