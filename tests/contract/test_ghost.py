@@ -191,6 +191,7 @@ def test_energy_is_that_of_the_jumps(kind: str, spacing: str) -> None:
 
 
 DENSITY = 2.0
+ABOVE, BELOW = 0, 1
 
 
 def energy_of_mass(soil: Soil, active: ActiveGrid, faces: list[Faces], v: Floats) -> float:
@@ -251,7 +252,9 @@ def test_nodes_behind_a_boundary_follow_those_in_front(kind: str, spacing: str, 
         line = (active.lattice[:, 1:] == active.lattice[:, 1:].max(axis=0) // 2).all(axis=1)
     behind = line & (active.lattice[:, 0] == last)
     assert behind.sum() == 1 or nodes == "layer"
-    exterior = active.key[behind], depth * np.eye(active.grid.dim)[np.zeros(behind.sum(), int)]
+    depths = np.zeros((behind.sum(), active.grid.dim, 2))
+    depths[:, 0, BELOW] = depth
+    exterior = active.key[behind], depths
     faces = ghost_faces(soil, np.zeros(u.shape, dtype=bool), GAMMA, exterior)
     balance = Balance(active, [LinearForces([each.coupling() for each in faces])])
     cell = np.asarray(_core.lattice(filled_cells(soil)[0]))
@@ -278,10 +281,26 @@ def test_a_boundary_on_a_line_has_no_nodes_behind_it_by_round_off(kind: str) -> 
     simulation, active = block(kind, "gimp", 0.3)
     soil, free = simulation.soil_on(active), np.zeros((active.nodes, active.grid.dim), dtype=bool)
     last = active.lattice[:, 0] == active.lattice[:, 0].max()
-    along = np.eye(active.grid.dim)[np.zeros(last.sum(), int)]
+    along = np.zeros((last.sum(), active.grid.dim, 2))
+    along[:, 0, BELOW] = 1.0
     for depth, kinds in ((1e-16, {Kind.EDGE}), (1e-6, {Kind.EDGE, Kind.EXTERIOR})):
         faces = ghost_faces(soil, free, GAMMA, (active.key[last], depth * along))
         assert {each.kind for each in faces} == kinds
+
+
+@every_kind
+def test_nodes_behind_a_boundary_do_not_follow_soil_that_is_behind_them(kind: str) -> None:
+    """The last nodes along x have their soil above them: that below is beyond a thin wall."""
+    simulation, active = block(kind, "gimp", 0.3)
+    soil, free = simulation.soil_on(active), np.zeros((active.nodes, active.grid.dim), dtype=bool)
+    last = active.lattice[:, 0] == active.lattice[:, 0].max()
+    beyond = np.zeros((last.sum(), active.grid.dim, 2))
+    beyond[:, 0, ABOVE] = 0.4
+    faces = ghost_faces(soil, free, GAMMA, (active.key[last], beyond))
+    alone = ghost_faces(soil, free, GAMMA)
+    assert [each.kind for each in faces] == [each.kind for each in alone]
+    for each, other in zip(faces, alone, strict=True):
+        np.testing.assert_array_equal(each.weight, other.weight)
 
 
 @every_kind

@@ -19,6 +19,8 @@ from tilth.curves.spline import LocalCubicSpline
 from tilth.errors import BadInput, StepFailed
 from tilth.surface.redistribution import redistribute_points
 from tilth.surface.tracked import LONGEST_CHORD_RATIO, SHORTEST_CHORD_RATIO, TrackedSurface
+from tilth.surface.tracked_triangles import TrackedSolidSurface
+from tilth.surface.triangles import Triangles
 from tilth.verification.march import march
 
 pytestmark = pytest.mark.slow
@@ -175,6 +177,33 @@ def test_a_surface_without_load_goes_on_without_points_far_from_the_soil() -> No
     assert any("goes on without them" in text for text in simulation.run_warnings.texts)
     simulation.advance(0.1, 0.2)
     assert surface.chains[0].current.points[:, 1].max() < 2.5
+
+
+def test_a_surface_in_space_without_load_moves_beside_vertices_far_from_the_soil() -> None:
+    """One vertex is lifted off: it moves as those around it; with a load the step fails."""
+    entries = stretched([[1.0, 0.0], [0.0, 1.0]]).to_dict()
+    entries["analysis"]["kind"] = "3d"
+    entries["bodies"][0]["shape"] = {"type": "box", "lower": [0, 0, 0], "upper": [2, 2, 2]}
+    entries["boundaries"][0]["deformation_gradient"] = [[1, 0, 0], [0, 1, 0], [0.2, 0, 1]]
+    for loads in ([], [{"type": "surface", "body": "square", "pressure": 1.0}]):
+        simulation = Simulation(Model.from_dict({**entries, "loads": loads}))
+        surface = simulation.surfaces["square"]
+        assert isinstance(surface, TrackedSolidSurface)
+        before = surface.triangles.current
+        place = before.vertices.copy()
+        (lost,) = np.flatnonzero((place == [1.0, 1.0, 2.0]).all(axis=1))
+        place[lost, 2] = 4.0
+        lifted = Triangles(place, before.triangle, before.part, before.part_number)
+        surface.triangles = replace(surface.triangles, current=lifted)
+        if loads:
+            with pytest.raises(StepFailed, match="the loaded surface of 'square' left the soil"):
+                simulation.advance(0.0, 0.5)
+            continue
+        simulation.advance(0.0, 0.5)
+        after = surface.triangles.current
+        moved = (after.vertices[: len(place)] - place)[[lost]]
+        np.testing.assert_allclose(moved, [[0.0, 0.0, 0.1]], atol=1e-10)
+        assert any("moves there as beside them" in t for t in simulation.run_warnings.texts)
 
 
 def test_redistribution_never_removes_a_kept_point() -> None:

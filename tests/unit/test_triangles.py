@@ -215,6 +215,22 @@ def test_triangles_that_are_no_surface(vertices, triangle, problem, wrong):
     assert error.value.remedy in str(error.value)
 
 
+def test_values_spread_from_known_vertices() -> None:
+    """From the mean of the neighbours; from one vertex to all of the cube, layer by layer."""
+    surface = cube()
+    values = np.arange(8.0)[:, None] * [1.0, -2.0]
+    known = np.ones(8, dtype=bool)
+    np.testing.assert_array_equal(surface.spread(values, known), values)
+    known[0] = False
+    near = np.unique(surface.triangle[(surface.triangle == 0).any(axis=1)])[1:]
+    found = surface.spread(values, known)
+    np.testing.assert_allclose(found[0], values[near].mean(axis=0), rtol=1e-15)
+    np.testing.assert_array_equal(found[1:], values[1:])
+    only = np.arange(8) == 7
+    np.testing.assert_allclose(surface.spread(values, only), np.tile(values[7], (8, 1)), rtol=1e-15)
+    np.testing.assert_array_equal(surface.spread(values, ~np.ones(8, dtype=bool)), 0.0)
+
+
 def test_a_part_must_exist():
     with pytest.raises(BadSurface, match="parts that do not exist"):
         Triangles(CUBE, CUBE_FACES, ["side"], np.ones(12))

@@ -94,7 +94,7 @@ auto exterior_nodes(ConstIntegers start, ConstShorts node, ConstDoubles local, C
         {cells, start.data(), node.data(), local.data(), normal.data(), lattice.data(), grid});
   });
   const std::size_t nodes = found.key.size();
-  return std::make_tuple(give(std::move(found.key)), give(std::move(found.depth), {nodes, dim}));
+  return std::make_tuple(give(std::move(found.key)), give(std::move(found.depth), {nodes, dim, 2}));
 }
 
 auto multiplier_means(std::int64_t multipliers, ConstIntegers owner, ConstIntegers point,
@@ -136,7 +136,7 @@ void bind_multipliers(nb::module_& module) {
              "each vertex the family, the nearest point and the position in cells.");
   module.def("exterior_nodes", &exterior_nodes, "start"_a, "node"_a, "local"_a, "normal"_a,
              "lattice"_a, "grid"_a,
-             "Sorted keys of exterior nodes and their depth along each axis (nodes,dim).");
+             "Sorted keys of exterior nodes and their depth along each axis (nodes,dim,2).");
   module.def("multiplier_means", &multiplier_means, "multipliers"_a, "owner"_a, "point"_a, "cell"_a,
              "node"_a, "weight"_a, "direction"_a, "penalty"_a, "value"_a,
              "Areas, penalties, and ragged rows (starts, nodes, coefficients) of the multipliers.");

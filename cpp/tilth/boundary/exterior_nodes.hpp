@@ -14,7 +14,8 @@
 
 namespace tilth::boundary {
 
-/// Sorted keys of exterior nodes and their depth along each axis [-] (nodes, Dim).
+/// Sorted keys of exterior nodes and their depth along each axis [-] (nodes, Dim, 2), first of those
+/// with their soil above them on the axis, then of those with their soil below.
 struct ExteriorNodes {
   std::vector<std::int64_t> key;
   std::vector<double> depth;
@@ -23,7 +24,7 @@ struct ExteriorNodes {
 /// Returns the exterior nodes of the cells that boundaries act on and of the next cells around
 /// them. A node is exterior if it lies behind the plane through the nearest quadrature point. With
 /// s the square of its distance from this plane in units of the cell's extent along the normal n,
-/// at most 1, its depth along axis k is s n_k^2.
+/// at most 1, its depth along axis k is s n_k^2, with the soil on the side to which n_k points.
 template <int Dim>
 ExteriorNodes exterior_nodes(const CellsInContact<Dim>& at) {
   struct Node {
@@ -92,8 +93,11 @@ ExteriorNodes exterior_nodes(const CellsInContact<Dim>& at) {
     if (nodes[i].depth <= node_tolerance) continue;
     result.key.push_back(nodes[i].key);
     const double* n = at.normal + nodes[i].point * Dim;
-    for (int k = 0; k < Dim; ++k)
-      result.depth.push_back(nodes[i].depth * nodes[i].depth * n[k] * n[k]);
+    for (int k = 0; k < Dim; ++k) {
+      const double depth = nodes[i].depth * nodes[i].depth * n[k] * n[k];
+      result.depth.push_back(n[k] > 0.0 ? depth : 0.0);
+      result.depth.push_back(n[k] > 0.0 ? 0.0 : depth);
+    }
   }
   return result;
 }

@@ -250,10 +250,7 @@ class TrackedSurface:
             where = ", ".join(f"{x:.4g}" for x in crossings.position[0])
             return moved, f"the surface of {self.name!r} touches or crosses itself at ({where})"
         if lost:
-            return moved, (
-                f"boundary points of {self.name!r} are more than a cell away from its soil, as on "
-                "soil that crumbles; its surface, on which no load acts, goes on without them"
-            )
+            return moved, lost_points(self.name, "goes on without them")
         return moved, None
 
     def _near_soil(self, tracked: TrackedChain, active: ActiveGrid) -> TrackedChain:
@@ -261,11 +258,7 @@ class TrackedSurface:
 
         Such as those on soil that crumbles. With too few others it stays as it is.
         """
-        points, comm = tracked.current.points, active.comm
-        mine = near_process(active, points)
-        with together(comm):
-            near = near_soil(active, points[mine], active.points.field_of_body(self.name))
-        kept = from_owners(comm, mine, near.astype(np.float64)) > 0.0
+        kept = points_near_soil(active, tracked.current.points, self.name)
         if kept.sum() < LEAST_KEPT * len(kept):
             return tracked
         try:
@@ -414,6 +407,22 @@ def moved_with_grid(
     order, at = locate_in_cells(active, moved, field)
     moved[order] += at.interpolate(displacement)
     return from_owners(active.comm, mine, moved)
+
+
+def points_near_soil(active: ActiveGrid, position: Floats, name: str) -> Flags:
+    """Returns which positions (n, dim) of all processes are near the soil of a body, shape (n,)."""
+    mine = near_process(active, position)
+    with together(active.comm):
+        near = near_soil(active, position[mine], active.points.field_of_body(name))
+    return np.asarray(from_owners(active.comm, mine, near.astype(np.float64)) > 0.0)
+
+
+def lost_points(name: str, remedy: str) -> str:
+    """Returns the warning of boundary points that are away from the soil."""
+    return (
+        f"boundary points of {name!r} are more than a cell away from its soil, as on soil that "
+        f"crumbles; its surface, on which no load acts, {remedy}"
+    )
 
 
 def _declared_chains(body: Body, model: Model, spacing: float, key: str) -> list[Chain]:

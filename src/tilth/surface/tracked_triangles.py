@@ -22,7 +22,7 @@ from tilth.surface.clipped import ClippedTriangles, area_in_plan, clip_in_plan
 from tilth.surface.outline_3d import outline_3d
 from tilth.surface.quadrature import SurfaceQuadrature
 from tilth.surface.subdivide import subdivide
-from tilth.surface.tracked import moved_with_grid
+from tilth.surface.tracked import LEAST_KEPT, lost_points, moved_with_grid, points_near_soil
 from tilth.surface.triangles import Triangles, triangle_rule
 
 LONGEST_EDGE_RATIO = 2.0
@@ -161,16 +161,25 @@ class TrackedSolidSurface:
         self, active: ActiveGrid, displacement: Floats, points: MaterialPoints, position: Floats
     ) -> tuple[TrackedTriangles, str | None]:
         """As `BodySurface.moved`; triangles are not searched for crossings."""
-        old = self.triangles.current
-        position = moved_with_grid(active, old.vertices, displacement, self.name)
+        old, warning = self.triangles.current, None
+        try:
+            position = moved_with_grid(active, old.vertices, displacement, self.name)
+        except StepFailed:
+            near = points_near_soil(active, old.vertices, self.name)
+            if self._loads or near.mean() < LEAST_KEPT:
+                raise
+            moved = np.zeros_like(old.vertices)
+            moved[near] = moved_with_grid(active, old.vertices[near], displacement, self.name)
+            moved[near] -= old.vertices[near]
+            position = old.vertices + old.spread(moved, near)
+            warning = lost_points(self.name, "moves there as beside them")
         try:
             current = Triangles(position, old.triangle, old.part, old.part_number)
         except BadSurface as error:
             raise StepFailed(f"the surface of {self.name!r}: {error.problem}") from error
         refined = subdivide(current, LONGEST_EDGE_RATIO * self._spacing)
-        return TrackedTriangles(
-            refined.triangles, refined.interpolated(self.triangles.initial)
-        ), None
+        initial = refined.interpolated(self.triangles.initial)
+        return TrackedTriangles(refined.triangles, initial), warning
 
     def commit(self, state: TrackedTriangles) -> None:
         """As `BodySurface.commit`."""

@@ -148,6 +148,23 @@ class Triangles:
         relative = self.vertices[self.triangle[:, 0]] - self.vertices[0]
         return -float((relative * self.area_vector).sum()) / 3.0
 
+    def spread(self, values: Floats, known: Flags) -> Floats:
+        """Returns values at the vertices, (n, k), those that are not known from their neighbours.
+
+        From the mean of known neighbours, one layer after the other; 0 without such neighbours.
+        known: at which vertices the values are known, shape (n,).
+        """
+        values, known = np.where(known[:, None], values, 0.0), known.copy()
+        start, end = np.concatenate([self.edge, self.edge[..., ::-1]]).reshape(-1, 2).T
+        while not known.all():
+            used = known[start] & ~known[end]
+            count = np.bincount(end[used], minlength=len(known))
+            if not count.any():
+                break
+            np.add.at(values, end[used], values[start[used]] / count[end[used], None])
+            known |= count > 0
+        return values
+
     def in_part(self, name: str) -> Flags:
         """Returns which triangles belong to the part of this name, shape (m,).
 

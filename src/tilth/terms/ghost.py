@@ -22,7 +22,7 @@ two cells, in which the softest dominate: one yielding cell suffices to let the 
 
 Exterior nodes, behind an implicit boundary and without soil, are coupled by a stiffer penalty to
 the nodes in front of them on the same grid line, so that they extrapolate the soil's displacement
-linearly.
+linearly; not to soil that lies behind them, on the other side of a thin wall.
 """
 
 from __future__ import annotations
@@ -190,12 +190,12 @@ def ghost_faces(
     weighted = np.zeros((2, len(key)))
     if gamma > 0.0 and unit_weight is not None and unit_weight.any():
         weighted = weight_at_edges(soil, fill, at_edge, unit_weight)
-    depth = np.zeros((active.nodes, dim))
+    depth = np.zeros((active.nodes, dim, 2))
     if exterior is not None:
         number = find_keys(active.key, exterior[0])
         depth[number[number >= 0]] = exterior[1][number >= 0]
     concerned = (emptiness > 0.0) | (weighted[0] > 0.0)
-    concerned |= _cells_at(key, active.key[depth.any(axis=1)], dim)
+    concerned |= _cells_at(key, active.key[depth.any(axis=(1, 2))], dim)
     faces = []
     for axis in range(dim):
         cell = np.flatnonzero(neighbour[1, axis] >= 0)
@@ -208,9 +208,15 @@ def ghost_faces(
         area = np.delete(mean_size / active.grid.cell_size, axis, axis=1).prod(axis=1)
         node = active.find((lattice[cell][:, None] + offset).reshape(-1, 3))
         node = node.reshape(len(cell), len(offset))
+        last = offset.max(axis=0)[:, None]
+        facing = offset[:, :dim, None] != last[:dim] * [
+            1,
+            0,
+        ]  # the cells above, and below (n, dim, 2)
+        towards = depth[node] * facing  # (faces, n, dim, 2)
         end = offset[:, axis] != 1
-        exterior_ends = depth[node, axis] * end  # (faces, nodes)
-        at_boundary = depth[node].sum(axis=2).max(axis=1, initial=0.0)
+        exterior_ends = end * towards[:, :, axis].sum(axis=2)  # (faces, nodes)
+        at_boundary = towards.sum(axis=(2, 3)).max(axis=1, initial=0.0)
         # exterior nodes move with the soil on the same grid line
         stiff = EXTERIOR_STIFFNESS * exterior_ends.max(axis=1, initial=0.0)
         coupled = np.broadcast_to(((exterior_ends @ line) > 0.0)[..., None], (*node.shape, dim))
@@ -229,20 +235,20 @@ def ghost_faces(
         if soil.kind == "axisymmetric":
             radius = 0.5 * (centre_radii(active, key[cell]) + centre_radii(active, key[other]))
             area = area * (2.0 * np.pi * radius)
-        at_end = (end & (exterior_ends > 0.0),)
+        at_end = (exterior_ends > 0.0,)
         kinds = (
             (Kind.EDGE, weak, mean_modulus, gamma, far, None),
             (Kind.EXTERIOR, stiff, mean_modulus, EXTERIOR_STIFFNESS, at_end, coupled),
             (Kind.WEIGHT, away * (held_modulus > 0.0), held_modulus, 1.0, far, None),
         )
-        for kind, weight, modulus_of, greatest, ends, only in kinds:
+        for kind, weight, modulus_of, greatest, far_nodes, only in kinds:
             some = np.flatnonzero(weight > NEGLIGIBLE * greatest)
             if len(some) == 0:
                 continue
             held = constrained[node[some]]  # (faces, nodes, dim)
             free = np.ones(held.shape, dtype=bool)
             if held.any():
-                omitted = [line @ (held & each[some][..., None]) for each in ends]
+                omitted = [line @ (held & each[some][..., None]) for each in far_nodes]
                 free = ~np.logical_and.reduce(omitted)
             if only is not None:
                 free &= only[some]

@@ -222,11 +222,12 @@ class ImplicitConstraints:
     def exterior_nodes(self) -> tuple[Integers, Floats]:
         """Returns the nodes near boundaries on their far side: sorted keys and relative stiffness.
 
-        The stiffness [-] of the ghost penalty, shape (nodes, dim), increases from 0 on the boundary
-        to 1 a cell behind it (to `STIFFNESS_RATIO_OF_BAND` with the band form), times the square of
-        the normal's component along each axis.
+        The stiffness [-] of the ghost penalty, shape (nodes, dim, 2), increases from 0 on the
+        boundary to 1 a cell behind it (to `STIFFNESS_RATIO_OF_BAND` with the band form), times the
+        square of the normal's component along each axis; first of nodes with their soil above them
+        on the axis, then of those with their soil below.
         """
-        keys, depths = [np.zeros(0, dtype=np.int64)], [np.zeros((0, self.active.grid.dim))]
+        keys, depths = [np.zeros(0, dtype=np.int64)], [np.zeros((0, self.active.grid.dim, 2))]
         bands = [part for part in self.parts if isinstance(part, BandConstraint)]
         others = [part for part in self.parts if isinstance(part, SurfaceConstraint)]
         touching = [
@@ -243,7 +244,7 @@ class ImplicitConstraints:
             keys.append(np.asarray(key))
             depths.append(factor * np.asarray(depth))
         key, number = np.unique(np.concatenate(keys), return_inverse=True)
-        stiffness = np.zeros((len(key), self.active.grid.dim))
+        stiffness = np.zeros((len(key), self.active.grid.dim, 2))
         np.maximum.at(stiffness, number, np.concatenate(depths))
         return key, stiffness
 
