@@ -12,7 +12,7 @@ from small_problems import AXES, BASES, KINDS, block_entries, dimension, plane, 
 
 from tilth import Model
 from tilth.analysis.simulation import Simulation
-from tilth.arrays import Floats
+from tilth.arrays import Flags, Floats
 from tilth.mpm.grid import ActiveGrid, Buffers, locate
 from tilth.mpm.soil import Soil
 from tilth.terms.balance import Balance
@@ -51,12 +51,14 @@ def support(
     active: ActiveGrid,
     owner: EdgeSupport | None = None,
     stiffening: float = 1.0,
+    constrained: Flags | None = None,
 ) -> SupportForces:
-    """The term of all faces that hold weight."""
+    """The term of all faces that hold weight; constrained: prescribed components."""
     soil = simulation.soil_on(active)
     weight = np.full(len(soil.points), UNIT_WEIGHT)
-    free = np.zeros((active.nodes, active.grid.dim), dtype=bool)
-    faces = ghost_faces(soil, free, GAMMA, unit_weight=weight)
+    if constrained is None:
+        constrained = np.zeros((active.nodes, active.grid.dim), dtype=bool)
+    faces = ghost_faces(soil, constrained, GAMMA, unit_weight=weight)
     held = [each for each in faces if each.kind is Kind.WEIGHT]
     assert held
     return (owner or EdgeSupport(active.grid.dim)).term(active, held, stiffening)
@@ -169,6 +171,22 @@ def test_what_is_kept_decays_with_motion_and_is_restored() -> None:
         balance.commit(flow)
     after = Balance(active, [support(simulation, active, owner)]).forces(still).residual
     assert np.abs(after).max() < 0.02 * carried
+
+
+def test_what_is_not_held_in_a_step_is_not_held_later_for_it() -> None:
+    """A layer of nodes is prescribed in a step and free in the next: its motion left no force."""
+    simulation, active = sand("plane_strain")
+    free = np.zeros((active.nodes, active.grid.dim), dtype=bool)
+    layer = active.lattice[:, 0].max() - active.lattice[:, 0]
+    held, u = free.copy(), np.zeros(free.shape)
+    held[layer == 0] = True
+    u[layer == 0] = np.random.default_rng(7).normal(size=u[layer == 0].shape)
+    for constrained, has_force in ((held, False), (free, True)):
+        owner = EdgeSupport(active.grid.dim)
+        owner.commit(support(simulation, active, owner, constrained=constrained).parts, u)
+        kept = support(simulation, active, owner)
+        force = Balance(active, [kept]).forces(np.zeros(u.shape)).residual
+        assert force[layer == 2].any() == has_force
 
 
 def test_only_sand_without_cohesion_is_held() -> None:

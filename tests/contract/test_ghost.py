@@ -333,6 +333,24 @@ def test_the_stored_force_decays_by_the_motion_in_cells(kind: str, spacing: str)
         assert number == len(ghost.face) > 0
 
 
+@every_kind
+def test_what_is_not_held_in_a_step_is_not_held_later_for_it(kind: str) -> None:
+    """A layer of nodes is prescribed in a step and free in the next: its motion left no force."""
+    simulation, active = block(kind, "gimp", 0.3)
+    soil, free = simulation.soil_on(active), np.zeros((active.nodes, active.grid.dim), dtype=bool)
+    layer = active.lattice[:, 0].max() - active.lattice[:, 0]
+    held, u = free.copy(), np.zeros(free.shape)
+    held[layer == 0] = True
+    u[layer == 0] = np.random.default_rng(7).normal(size=u[layer == 0].shape)
+    for constrained, has_force in ((held, False), (free, True)):
+        ghost = Ghost(GAMMA, active.grid.dim)
+        ghost.couplings(soil, constrained)
+        ghost.commit(active, u)
+        kept = LinearForces(ghost.couplings(soil, free))
+        force = Balance(active, [kept]).forces(np.zeros(u.shape)).residual
+        assert force[layer == 2].any() == has_force
+
+
 def test_conditions_of_equally_filled_cells_count_on_both_sides() -> None:
     """The penalty beside a roller on the left is the mirror image of that beside one on the right.
 

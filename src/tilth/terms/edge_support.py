@@ -74,7 +74,7 @@ class EdgeSupport:
             size = np.abs(step / part.faces.size[:, None]).max(axis=(1, 2))
             total = np.exp(-size / DECAY_MOTION)[:, None, None] * (part.moved + step)
             identifiers.append(part.face)
-            moves.append(total - total[:, :1])
+            moves.append(part.faces.free * (total - total[:, :1]))
         face = np.concatenate(identifiers)
         order = np.argsort(face)
         self.face, self.moved = face[order], np.concatenate(moves)[order]

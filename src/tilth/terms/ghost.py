@@ -372,7 +372,8 @@ class Ghost:
             total = np.exp(-size / DECAY_MOTION)[:, None, None]
             total = total * (moved + faces.modulus[:, None, None] * step)
             identifiers.append(face)
-            moves.append(total - total[:, :1])  # a uniform motion causes no force
+            # a uniform motion causes no force; what is not held now is not held later for it
+            moves.append(faces.free * (total - total[:, :1]))
             moduli.append(faces.modulus)
         face = np.concatenate(identifiers)
         order = np.argsort(face)
