@@ -351,6 +351,30 @@ def test_what_is_not_held_in_a_step_is_not_held_later_for_it(kind: str) -> None:
         assert force[layer == 2].any() == has_force
 
 
+@every_kind
+def test_the_stored_force_falls_as_soil_softens_that_moves(kind: str) -> None:
+    """With the modulus, to a quarter; in soil at rest a share of 1e-6 / 1e-3 is followed."""
+    simulation, active = block(kind, "gimp", 0.3)
+    free = np.zeros((active.nodes, active.grid.dim), dtype=bool)
+    u = np.random.default_rng(8).choice([-1.0, 1.0], free.shape)
+
+    def force(ghost: Ghost, share: float) -> np.ndarray:
+        simulation.points.elastic_share[:] = share
+        term = LinearForces(ghost.couplings(simulation.soil_on(active), free))
+        return Balance(active, [term]).forces(np.zeros(u.shape)).residual
+
+    for motion, left in ((1e-6, 0.25**1e-3), (1e-2, 0.25)):
+        ghost = Ghost(GAMMA, active.grid.dim)
+        ghost.couplings(simulation.soil_on(active), free)
+        ghost.commit(active, motion * u)
+        before, after = force(ghost, 1.0), force(ghost, 0.25)
+        size = np.linalg.norm(before)
+        assert np.linalg.norm(after - left * before) <= 1e-3 * (1.0 - left) * size
+        assert size > 0.0
+        ghost.keep_forces()
+        np.testing.assert_array_equal(force(ghost, 0.25), before)
+
+
 def test_conditions_of_equally_filled_cells_count_on_both_sides() -> None:
     """The penalty beside a roller on the left is the mirror image of that beside one on the right.
 
