@@ -365,7 +365,7 @@ def test_the_stored_force_falls_as_soil_softens_that_moves(kind: str) -> None:
 
     for motion, left in ((1e-6, 0.25**1e-3), (1e-2, 0.25)):
         ghost = Ghost(GAMMA, active.grid.dim)
-        ghost.couplings(simulation.soil_on(active), free)
+        force(ghost, 1.0)
         ghost.commit(active, motion * u)
         before, after = force(ghost, 1.0), force(ghost, 0.25)
         size = np.linalg.norm(before)
