@@ -21,12 +21,8 @@ from tilth.verification.march import march
 
 FEW, MANY = 18, 200
 """Problems in every run of the tests, and in the long ones."""
-KNOWN = {
-    190: "a wall that goes away, standard MPM: no equilibrium at 0.6 of 0.1 of its height",
-}
-"""Those that stop, and where."""
-UNQUIET = {62, 193}
-"""Those that move by more than `STILL` after ten steps in which nothing changes: 1.5e-4, 1.2e-4."""
+UNQUIET = {62, 144, 193}
+"""Those that move by more than `STILL` after ten steps in which nothing changes, by up to 1.5e-4."""
 LET_GO, STILL = 0.01, 1e-4
 """Motion in a step in which nothing changes, and in the last of ten, over the whole motion. Ghost
 stabilisation holds up to 3 % of the work (docs/decisions/0042-metamorphic-tests.md), and lets go of
@@ -46,11 +42,9 @@ def ends(model: Model) -> list[float]:
 
 @pytest.mark.parametrize(
     "seed",
-    [each if each < FEW and each not in KNOWN else long(each) for each in range(MANY)],
+    [each if each < FEW else long(each) for each in range(MANY)],
 )
 def test_it_runs_to_its_end_and_stands(seed: int) -> None:
-    if seed in KNOWN:
-        pytest.xfail(KNOWN[seed])
     if seed in UNQUIET:
         pytest.xfail("it moves on in steps in which nothing changes (decision 43)")
     problem = sand_problem(seed)
