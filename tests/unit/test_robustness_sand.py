@@ -22,7 +22,7 @@ from tilth.verification.march import march
 FEW, MANY = 18, 200
 """Problems in every run of the tests, and in the long ones."""
 UNQUIET = {62, 144, 193}
-"""Those that move by more than `STILL` after ten steps in which nothing changes, by up to 1.5e-4."""
+"""Those that move by up to 1.5e-4 in the last of ten steps in which nothing changes."""
 LET_GO, STILL = 0.01, 1e-4
 """Motion in a step in which nothing changes, and in the last of ten, over the whole motion. Ghost
 stabilisation holds up to 3 % of the work (docs/decisions/0042-metamorphic-tests.md), and lets go of

@@ -95,6 +95,11 @@ class Trace:
         columns = [np.bincount(self.place, each, self.count) for each in part.T]
         return np.stack(columns, axis=1)
 
+    def scatter(self, vector: Floats, nodes: int) -> Floats:
+        """Returns the sums at all nodes, (nodes, k), of vectors at the places, (n, k)."""
+        part = self.value[:, None] * vector[self.place]
+        return np.stack([np.bincount(self.node, each, nodes) for each in part.T], axis=1)
+
 
 def trace_in_cells(at: PointsInCells) -> Trace:
     """Returns the trace by the functions of the cells, of places ordered by cell."""
