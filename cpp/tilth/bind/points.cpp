@@ -300,7 +300,7 @@ auto current_volumes(ConstDoubles deformation_gradient, ConstDoubles initial_vol
 void advance(const std::string& kind_name, nb::handle stencil_handle, ConstDoubles displacement,
              ConstDoubles position, ConstDoubles response, ConstDoubles plastic_before,
              ConstDoubles plastic_after, Doubles last_gradient, Doubles deformation_gradient,
-             Doubles cauchy, Doubles elastic_share) {
+             Doubles cauchy, Doubles elastic_share, double forgotten_strain) {
   const StencilView stencil(stencil_handle);
   const std::int64_t n = stencil.points();
   stencil.require_kind(kind_name);
@@ -318,7 +318,8 @@ void advance(const std::string& kind_name, nb::handle stencil_handle, ConstDoubl
   const kernel::ConvergedArrays arrays{position.data(),       response.data(),
                                        plastic_before.data(), plastic_after.data(),
                                        last_gradient.data(),  deformation_gradient.data(),
-                                       cauchy.data(),         elastic_share.data()};
+                                       cauchy.data(),         elastic_share.data(),
+                                       forgotten_strain};
   nb::gil_scoped_release release;
   with_kind(kind_name, [&](auto kind) {
     kernel::advance<decltype(kind)>(stencil, displacement.data(), arrays);
@@ -407,7 +408,7 @@ void bind_points(nb::module_& module) {
              "Fills the points' interpolated vectors.");
   module.def("advance", &advance, "kind"_a, "stencil"_a, "displacement"_a, "position"_a,
              "response"_a, "plastic_before"_a, "plastic_after"_a, "last_gradient"_a,
-             "deformation_gradient"_a, "cauchy"_a, "elastic_share"_a,
+             "deformation_gradient"_a, "cauchy"_a, "elastic_share"_a, "forgotten_strain"_a,
              "Updates the points' arrays after a converged step with this displacement.");
   module.def("stretch_domains", &stretch_domains, "kind"_a, "rule"_a, "deformation_gradient"_a,
              "initial_half_length"_a, "half_length"_a,

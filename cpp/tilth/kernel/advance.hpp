@@ -30,15 +30,14 @@ struct ConvergedArrays {
   double* deformation_gradient;  // (n, 3, 3)
   double* cauchy;                // (n, 6)
   double* elastic_share;         // (n) of the last deviatoric strain
+  double forgotten_strain;       // over which the share before it is forgotten
 };
 
-/// Deviatoric strain after which the elastic share is that of the last step: a step in which next
-/// to nothing moves does not say whether the soil flows.
-constexpr double forgotten_strain = 1e-6;
-
 /// Share of the last deviatoric strain that was elastic; `plastic` is the step's increment of
-/// equivalent plastic strain, sqrt(2/3) of the tensor's norm, `before` the share before the step.
-inline double elastic_share(const double h[3][3], double plastic, double before) {
+/// equivalent plastic strain, sqrt(2/3) of the tensor's norm, `before` the share before the step,
+/// which is forgotten over the strain `forgotten`: a step in which next to nothing moves does not
+/// say whether the soil flows.
+inline double elastic_share(const double h[3][3], double plastic, double before, double forgotten) {
   const double mean = (h[0][0] + h[1][1] + h[2][2]) / 3.0;
   double square = 0.0;
   for (int i = 0; i < 3; ++i)
@@ -48,7 +47,7 @@ inline double elastic_share(const double h[3][3], double plastic, double before)
     }
   const double size = std::max(std::sqrt(square), std::numeric_limits<double>::min());
   const double share = std::max(0.0, 1.0 - std::sqrt(1.5) * std::max(plastic, 0.0) / size);
-  return share + (before - share) * std::exp(-size / forgotten_strain);
+  return share + (before - share) * std::exp(-size / forgotten);
 }
 
 /// F <- dF F; sigma = tau / det F in six components; displacement gradient and elastic share of the
@@ -82,7 +81,7 @@ void advance(const Stencil& stencil, const double* displacement, const Converged
                                     arrays.cauchy[6 * p + k] /= determinant;
                                   arrays.elastic_share[p] = elastic_share(
                                       h, arrays.plastic_after[2 * p] - arrays.plastic_before[2 * p],
-                                      arrays.elastic_share[p]);
+                                      arrays.elastic_share[p], arrays.forgotten_strain);
                                 });
 }
 

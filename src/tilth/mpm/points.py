@@ -17,6 +17,9 @@ from tilth.model.laws import PLASTIC_STRAIN, Law
 
 _Number = TypeVar("_Number", np.int64, np.float64)
 
+FORGOTTEN_STRAIN, FORGOTTEN_WITH_FRICTION = 1e-6, 3e-4
+"""Strain over which the elastic share before a step is forgotten [-], see `PointRange`."""
+
 
 @dataclass(frozen=True)
 class PointRange:
@@ -60,6 +63,16 @@ class PointRange:
     def points(self) -> slice:
         """The range of the points."""
         return slice(self.start, self.stop)
+
+    @property
+    def forgotten_strain(self) -> float:
+        """Strain after which the elastic share of its points is that of the last step [-].
+
+        Soil with friction that is at rest yields in one step of next to no strain and not in the
+        next one; what follows the share would move it.
+        """
+        frictional = {"friction_angle", "friction_slope"} & set(self.law.parameters)
+        return FORGOTTEN_WITH_FRICTION if frictional else FORGOTTEN_STRAIN
 
     @property
     def has_corners(self) -> bool:

@@ -350,6 +350,7 @@ class Soil:
                     self.kind, stencil, displacement, part.position, trial.response[s],
                     part.plastic, trial.plastic[s], part.last_gradient,
                     part.deformation_gradient, part.stress, part.elastic_share,
+                    body.forgotten_strain,
                 )  # fmt: skip
                 _core.interpolate(stencil, displacement, part.last_displacement)
             for number, (corner, shift) in domains.items():

@@ -41,7 +41,6 @@ from tilth.arrays import Flags, Floats, Integers, Shorts, require_table
 from tilth.mpm.grid import ActiveGrid, Grid, cell_corners
 from tilth.mpm.keys import find_keys, lattice_keys
 from tilth.mpm.pattern import Elements
-from tilth.mpm.rest import followed
 from tilth.mpm.soil import Soil
 from tilth.terms.filled_cells import cell_places, centre_radii, filled_cells
 from tilth.terms.linear import EqualElements
@@ -296,15 +295,13 @@ class Ghost:
     would move in each step. So each face stores the displacement of its nodes (relative to one of
     them) times the modulus of the step. With u in cells it decays as the soil moves,
     moved <- (moved + E u) exp(-max |u| / `DECAY_MOTION`), and as it softens,
-    moved <- moved M / M_before where M decreases. M is the modulus E, followed as the soil moves:
-    M <- M (E / M)^f, with f of the last step's motion (`rest.followed`).
+    moved <- moved E / E_before where E decreases.
 
     Attributes:
         gamma: dimensionless factor, see `ghost_faces`.
         face: sorted identifiers of the faces: key of the lower cell, kind and axis, shape (faces,).
         moved: modulus times displacement of their n nodes [stress length], shape (faces, n, dim).
-        modulus: M of the last step [stress], shape (faces,).
-        motion: max |u| of the last step [cells], shape (faces,).
+        modulus: of the last step [stress], shape (faces,).
         of_weight: faces of the step for which `couplings` was called last that hold weight.
     """
 
@@ -313,9 +310,8 @@ class Ghost:
         self.face: Integers = np.zeros(0, dtype=np.int64)
         self.moved: Floats = np.zeros((0, 3 * 2 ** (dim - 1), dim))
         self.modulus: Floats = np.zeros(0)
-        self.motion: Floats = np.zeros(0)
         self.of_weight: list[Faces] = []
-        self._current: list[tuple[Integers, Faces, Floats, Floats]] = []
+        self._current: list[tuple[Integers, Faces, Floats]] = []
 
     def couplings(
         self,
@@ -335,23 +331,21 @@ class Ghost:
                 self.of_weight.append(faces)
                 continue
             face = faces.identifiers(active)
-            moved, modulus = np.zeros((*faces.node.shape, active.grid.dim)), faces.modulus.copy()
+            moved = np.zeros((*faces.node.shape, active.grid.dim))
             number = find_keys(self.face, face)
             stored = np.flatnonzero(number >= 0)
             number = number[stored]
-            before = self.modulus[number]
-            before = np.where(before > LEAST_MODULUS, before, modulus[stored])
-            modulus[stored] = before * (modulus[stored] / before) ** followed(self.motion[number])
-            softening = np.minimum(modulus[stored] / before, 1.0)
+            softening = np.minimum(faces.modulus[stored], self.modulus[number])
+            softening /= self.modulus[number]
             moved[stored] = softening[:, None, None] * self.moved[number]
-            self._current.append((face, faces, moved, modulus))
+            self._current.append((face, faces, moved))
             found.append(faces.coupling(moved))
         return found
 
     @property
     def faces(self) -> list[Faces]:
         """The faces of the step for which `couplings` was called last."""
-        return [faces for _, faces, *_ in self._current]
+        return [faces for _, faces, _ in self._current]
 
     def supported_nodes(
         self, active: ActiveGrid, constrained: npt.NDArray[np.bool_]
@@ -363,7 +357,7 @@ class Ghost:
         """
         supported = constrained.copy()
         on_face = np.zeros(active.nodes, dtype=bool)
-        for _, faces, *_ in self._current:
+        for _, faces, _ in self._current:
             face, component = np.nonzero(faces.free.reshape(-1, active.grid.dim))
             supported[faces.node.ravel()[face], component] = True
             on_face[faces.node] = True
@@ -371,9 +365,8 @@ class Ghost:
 
     def commit(self, active: ActiveGrid, displacement: Floats) -> None:
         """Stores a converged step's nodal displacement, shape (nodes, dim)."""
-        identifiers, moves = [self.face[:0]], [self.moved[:0]]
-        moduli, motions = [self.modulus[:0]], [self.motion[:0]]
-        for face, faces, moved, modulus in self._current:
+        identifiers, moves, moduli = [self.face[:0]], [self.moved[:0]], [self.modulus[:0]]
+        for face, faces, moved in self._current:
             step = displacement[faces.node]
             size = np.abs(step / faces.size[:, None]).max(axis=(1, 2))
             total = np.exp(-size / DECAY_MOTION)[:, None, None]
@@ -381,14 +374,12 @@ class Ghost:
             identifiers.append(face)
             # a uniform motion causes no force; what is not held now is not held later for it
             moves.append(faces.free * (total - total[:, :1]))
-            moduli.append(modulus)
-            motions.append(size)
+            moduli.append(faces.modulus)
         face = np.concatenate(identifiers)
         order = np.argsort(face)
         self.face = face[order]
         self.moved = np.concatenate(moves)[order]
         self.modulus = np.concatenate(moduli)[order]
-        self.motion = np.concatenate(motions)[order]
 
     def keep_forces(self) -> None:
         """Keeps the stored forces as they are in the next step, for its modulus is another one's.
@@ -399,17 +390,16 @@ class Ghost:
 
     def rows(self) -> tuple[Integers, list[str]]:
         """As `KeyedRows.rows`."""
-        return self.face // 8, ["face", "moved", "modulus", "motion"]
+        return self.face // 8, ["face", "moved", "modulus"]
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns the arrays for a checkpoint."""
-        return {name: getattr(self, name) for name in ("face", "moved", "modulus", "motion")}
+        return {"face": self.face, "moved": self.moved, "modulus": self.modulus}
 
     def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
         """Restores the state of a checkpoint; raises `ValueError` if it is no such state."""
         require_table(state, increasing="face")
-        self.face, self.moved = state["face"], state["moved"]
-        self.modulus, self.motion = state["modulus"], state["motion"]
+        self.face, self.moved, self.modulus = state["face"], state["moved"], state["modulus"]
 
 
 @cache

@@ -25,7 +25,6 @@ from tilth.arrays import Floats, Integers
 from tilth.boundaries.contact.trace import Trace
 from tilth.boundaries.implicit.multipliers import Multipliers, constrained_directions
 from tilth.mpm.quadrature import PointsInCells
-from tilth.mpm.rest import followed
 
 if TYPE_CHECKING:
     from tilth.boundaries.implicit.boundary import Implicit, Pose
@@ -150,12 +149,12 @@ class SurfaceConstraint(ImplicitConstraint):
         strain. The plastic part of it is shared among the points whose soil yields, so that points
         newly in contact have the same traction as the others, and as far as soil moves past the
         boundary also among those where it is elastic. The force of each support does not change,
-        and in soil at rest tractions do not.
+        and in soil that hardly moves tractions do not, once they are uniform where it yields.
         """
         assert self.multipliers is not None
         carried = rotated(self.boundary.carried[self.chosen], self.pose, 0)
-        plastic = (1.0 - self.elastic_share) * followed(self.moved)
-        takes = plastic + (1.0 - plastic) * np.minimum(self.moved / LARGE_MOTION, 1.0)
+        plastic = 1.0 - self.elastic_share
+        takes = plastic + self.elastic_share * np.minimum(self.moved / LARGE_MOTION, 1.0)
         return (1.0 - plastic)[:, None] * carried + self.multipliers.shared(carried, plastic, takes)
 
     def initial_slip(self) -> Floats:
