@@ -170,12 +170,15 @@ def _trace(
     """Returns the displacement of domains with corners at the points of a boundary near them.
 
     It is the mean over samples of the points' parts; the nodes have their keys for numbers. None
-    without such domains. All processes call it.
+    without such domains, and in space, where it costs too much
+    (docs/decisions/0045-trace-of-domains.md). All processes call it.
     """
+    if boundary.declared.form != "surface" or active.grid.dim == 3:
+        return None
     cornered = np.zeros(len(points), dtype=bool)
     for body in points.bodies:
         cornered[body.points] = body.has_corners
-    if boundary.declared.form != "surface" or active.comm.max(float(cornered.any())) == 0.0:
+    if active.comm.max(float(cornered.any())) == 0.0:
         return None
     assert boundary.quadrature is not None
     on_surface = boundary.quadrature.on_surface[near.chosen]
