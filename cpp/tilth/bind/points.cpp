@@ -315,11 +315,10 @@ void advance(const std::string& kind_name, nb::handle stencil_handle, ConstDoubl
   require_size(deformation_gradient, 9 * n, "deformation_gradient");
   require_size(cauchy, 6 * n, "cauchy");
   require_size(elastic_share, n, "elastic_share");
-  const kernel::ConvergedArrays arrays{position.data(),       response.data(),
-                                       plastic_before.data(), plastic_after.data(),
-                                       last_gradient.data(),  deformation_gradient.data(),
-                                       cauchy.data(),         elastic_share.data(),
-                                       forgotten_strain};
+  const kernel::ConvergedArrays arrays{
+      position.data(),      response.data(),      plastic_before.data(),
+      plastic_after.data(), last_gradient.data(), deformation_gradient.data(),
+      cauchy.data(),        elastic_share.data(), forgotten_strain};
   nb::gil_scoped_release release;
   with_kind(kind_name, [&](auto kind) {
     kernel::advance<decltype(kind)>(stencil, displacement.data(), arrays);

@@ -14,8 +14,8 @@
 
 namespace tilth::boundary {
 
-/// Sorted keys of exterior nodes and their depth along each axis [-] (nodes, Dim, 2), first of those
-/// with their soil above them on the axis, then of those with their soil below.
+/// Sorted keys of exterior nodes and their depth along each axis [-] (nodes, Dim, 2), first of
+/// those with their soil above them on the axis, then of those with their soil below.
 struct ExteriorNodes {
   std::vector<std::int64_t> key;
   std::vector<double> depth;
