@@ -26,7 +26,7 @@ KNOWN = {
 }
 """Those that stop, and where."""
 UNQUIET = {62, 84, 92, 104, 151, 193}
-"""Those that move by up to 1.5 % when nothing changes, or by up to 8e-4 in the last of the steps."""
+"""Those that move by up to 1.5 % when nothing changes, or by up to 8e-4 in the last step."""
 LET_GO, STILL = 0.01, 1e-4
 """Motion in a step in which nothing changes, and in the last of ten, over the whole motion. Ghost
 stabilisation holds up to 3 % of the work (docs/decisions/0042-metamorphic-tests.md), and lets go of

@@ -55,6 +55,11 @@ class PointsNearSoil:
     elastic_share: Floats
     square: Floats
 
+    @property
+    def trace_of_rows(self) -> Trace | None:
+        """The soil's displacement in the rows of the multipliers; None for that in the cells."""
+        return None
+
     @cached_property
     def penalty(self) -> Floats:
         """P, the stress per slip [stress/length], shape (n, dim, dim)."""
@@ -119,6 +124,11 @@ class SurfaceConstraint(ImplicitConstraint):
     trace: Trace | None = None
     offset: Floats | None = None
     multipliers: Multipliers | None = None
+
+    @property
+    def trace_of_rows(self) -> Trace | None:
+        """As `PointsNearSoil.trace_of_rows`."""
+        return self.trace
 
     @cached_property
     def increment(self) -> Floats:

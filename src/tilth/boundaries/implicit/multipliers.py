@@ -216,9 +216,9 @@ def _multipliers(
         part.pose.weight, direction.reshape(-1, dim), penalty.ravel(), part.at.value,
     )  # fmt: skip
     area, mean_penalty, node_start, node, row = map(np.asarray, means)
-    trace = getattr(part, "trace", None)
-    if trace is not None:
-        node_start, node, row = _rows_of_trace(part, trace, direction, owner, len(vertex))
+    if part.trace_of_rows is not None:
+        found = _rows_of_trace(part, part.trace_of_rows, direction, owner, len(vertex))
+        node_start, node, row = found
     return Multipliers(
         owner=owner.reshape(rank, count),
         direction=direction,
