@@ -372,8 +372,10 @@ class Ghost:
             total = np.exp(-size / DECAY_MOTION)[:, None, None]
             total = total * (moved + faces.modulus[:, None, None] * step)
             identifiers.append(face)
-            # a uniform motion causes no force; what is not held now is not held later for it
-            moves.append(faces.free * (total - total[:, :1]))
+            kept = total - total[:, :1]  # a uniform motion causes no force
+            if faces.kind is Kind.EDGE:  # what is not held now is not held later for it
+                kept = faces.free * kept
+            moves.append(kept)
             moduli.append(faces.modulus)
         face = np.concatenate(identifiers)
         order = np.argsort(face)
