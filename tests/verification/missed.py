@@ -91,7 +91,6 @@ MISSED = (
     _short("rigid_sphere", f"{APART}, h D/8 and D/12", 0.202725),
     _long("rigid_sphere", f"{APART}, h D/8 and D/20", 0.200875),
     _long("rigid_sphere", f"{ROUGHNESS}, 3D, h D/10", 0.013),
-    Missed("cone_penetration", f"{ROUGHNESS}, axisymmetric", 0.0152968),
     _long("cone_penetration", f"{ROUGHNESS}, 3D", 0.0207119),
     _long("cone_penetration", "force at * m, the farthest apart, 3D and axisymmetric", 0.158933),
 )
