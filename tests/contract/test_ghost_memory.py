@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from ghost_blocks import block
 from small_problems import (
-    BASES,
     KINDS,
     SPACINGS,
     affine,
@@ -28,7 +27,6 @@ from tilth.terms.linear import LinearForces
 from tilth.verification.march import march
 
 every_kind = pytest.mark.parametrize("kind", KINDS)
-every_basis = pytest.mark.parametrize("basis", BASES)
 every_spacing = pytest.mark.parametrize("spacing", SPACINGS)
 GAMMA = 0.005
 FORGOTTEN_STRAIN = 1e-6

@@ -208,11 +208,9 @@ def ghost_faces(
         area = np.delete(mean_size / active.grid.cell_size, axis, axis=1).prod(axis=1)
         node = active.find((lattice[cell][:, None] + offset).reshape(-1, 3))
         node = node.reshape(len(cell), len(offset))
-        last = offset.max(axis=0)[:, None]
-        facing = offset[:, :dim, None] != last[:dim] * [
-            1,
-            0,
-        ]  # the cells above, and below (n, dim, 2)
+        place_in = offset[:, :dim]
+        # which nodes have cells above and below them along each axis, (n, dim, 2)
+        facing = np.stack([place_in < place_in.max(axis=0), place_in > 0], axis=2)
         towards = depth[node] * facing  # (faces, n, dim, 2)
         end = offset[:, axis] != 1
         exterior_ends = end * towards[:, :, axis].sum(axis=2)  # (faces, nodes)
