@@ -254,7 +254,7 @@ class TrackedSurface:
     def _moved_beside_soil(
         self, tracked: TrackedChain, active: ActiveGrid, displacement: Floats
     ) -> tuple[TrackedChain, Floats, str]:
-        """Returns a chain without points that are more than a cell away from soil, and how it moves.
+        """Returns a chain without points more than a cell away from the soil, and how it moves.
 
         Where they are too many they stay in it, and stay where they are.
 
