@@ -87,6 +87,7 @@ class NearContact:
         trace: of the soil, with keys of nodes; None if it is that in the cells.
         gap: as measured [length], shape (n,).
         share: of the points' parts that is opposite soil [-], 0 to 1, shape (n,).
+        shift: from the points to the middles of these shares [length], shape (n, dim).
         moduli: constrained modulus (capped) and shear modulus of the soil [stress], shape (n, 2).
         elastic_share: elastic part of the soil's last strain increment [-], shape (n,).
         law: of each point.
@@ -100,6 +101,7 @@ class NearContact:
     trace: Trace | None
     gap: Floats
     share: Floats
+    shift: Floats
     moduli: Floats
     elastic_share: Floats
     law: ContactLaw
@@ -123,11 +125,13 @@ class NearContact:
         if smooth is not None:
             pose = replace(pose, normal=smooth.of(chosen).normals(pose.normal, surface.cell))
         at = self.cells.at(active)
+        trace = trace_in_cells(at) if self.trace is None else self.trace.on(active)
+        pose = self._at_middles(pose, trace.interpolate(active.position) - pose.position)
         return ContactConstraint(
             boundary=surface,
             chosen=chosen,
             at=at,
-            trace=trace_in_cells(at) if self.trace is None else self.trace.on(active),
+            trace=trace,
             pose=replace(pose, weight=pose.weight * self.share),
             moduli=self.moduli,
             axisymmetric=kind == "axisymmetric",
@@ -138,6 +142,19 @@ class NearContact:
             square=surface.square(chosen),
             turn=surface.turn(before, pose, chosen),
         )
+
+    def _at_middles(self, pose: Pose, to_trace: Floats) -> Pose:
+        """Returns the pose of the middles of the shares of the points' parts that touch soil.
+
+        The soil's displacement is the mean over these shares. to_trace: from the points to where it
+        is taken [length], shape (n, dim); on domains with corners it says where the middles are.
+        """
+        shift = self.shift
+        if self.trace is not None:
+            along = np.einsum("ni,ni->n", to_trace, pose.normal)
+            shift = to_trace - along[:, None] * pose.normal
+        moved = np.einsum("nij,nj->ni", pose.gradient, shift)
+        return replace(pose, position=pose.position + shift, increment=pose.increment + moved)
 
 
 def find_contacts(
@@ -164,7 +181,8 @@ def find_contacts(
         smooth = None
         if surface.has_inertia:
             smooth = smoothness(parts.position, parts.normal, measured.gap, active.grid)
-        cells, chosen, touch = near_cells(surface, parts, measured, points, active, places, smooth)
+        middle = replace(parts, position=parts.position + measured.shift)
+        cells, chosen, touch = near_cells(surface, middle, measured, points, active, places, smooth)
         if len(chosen) == 0:
             continue
         here = places.of(chosen)
@@ -184,6 +202,7 @@ def find_contacts(
                 trace=trace,
                 gap=measured.gap[chosen],
                 share=measured.share[chosen],
+                shift=measured.shift[chosen],
                 moduli=of_soil[0],
                 elastic_share=of_soil[1],
                 law=ContactLaw(*of_soil[2:]),
