@@ -24,7 +24,12 @@ from tilth.boundaries.contact.measure import (
 )
 from tilth.boundaries.contact.smoothness import Smoothness, smoothness
 from tilth.boundaries.contact.surface import LOST, CarriedContact, ContactSurface, Touch
-from tilth.boundaries.contact.trace import Trace, trace_in_cells, trace_of_domains
+from tilth.boundaries.contact.trace import (
+    Trace,
+    trace_in_cells,
+    trace_of_domains,
+    with_corners,
+)
 from tilth.boundaries.implicit.boundary import Pose
 from tilth.mpm.domains import half_edges
 from tilth.mpm.grid import ActiveGrid
@@ -87,7 +92,6 @@ class NearContact:
         trace: of the soil, with keys of nodes; None if it is that in the cells.
         gap: as measured [length], shape (n,).
         share: of the points' parts that is opposite soil [-], 0 to 1, shape (n,).
-        shift: from the points to the middles of these shares [length], shape (n, dim).
         moduli: constrained modulus (capped) and shear modulus of the soil [stress], shape (n, 2).
         elastic_share: elastic part of the soil's last strain increment [-], shape (n,).
         law: of each point.
@@ -101,7 +105,6 @@ class NearContact:
     trace: Trace | None
     gap: Floats
     share: Floats
-    shift: Floats
     moduli: Floats
     elastic_share: Floats
     law: ContactLaw
@@ -126,7 +129,8 @@ class NearContact:
             pose = replace(pose, normal=smooth.of(chosen).normals(pose.normal, surface.cell))
         at = self.cells.at(active)
         trace = trace_in_cells(at) if self.trace is None else self.trace.on(active)
-        pose = self._at_middles(pose, trace.interpolate(active.position) - pose.position)
+        if self.trace is not None:
+            pose = _where_taken(pose, trace.interpolate(active.position))
         return ContactConstraint(
             boundary=surface,
             chosen=chosen,
@@ -142,19 +146,6 @@ class NearContact:
             square=surface.square(chosen),
             turn=surface.turn(before, pose, chosen),
         )
-
-    def _at_middles(self, pose: Pose, to_trace: Floats) -> Pose:
-        """Returns the pose of the middles of the shares of the points' parts that touch soil.
-
-        The soil's displacement is the mean over these shares. to_trace: from the points to where it
-        is taken [length], shape (n, dim); on domains with corners it says where the middles are.
-        """
-        shift = self.shift
-        if self.trace is not None:
-            along = np.einsum("ni,ni->n", to_trace, pose.normal)
-            shift = to_trace - along[:, None] * pose.normal
-        moved = np.einsum("nij,nj->ni", pose.gradient, shift)
-        return replace(pose, position=pose.position + shift, increment=pose.increment + moved)
 
 
 def find_contacts(
@@ -181,8 +172,7 @@ def find_contacts(
         smooth = None
         if surface.has_inertia:
             smooth = smoothness(parts.position, parts.normal, measured.gap, active.grid)
-        middle = replace(parts, position=parts.position + measured.shift)
-        cells, chosen, touch = near_cells(surface, middle, measured, points, active, places, smooth)
+        cells, chosen, touch = near_cells(surface, parts, measured, points, active, places, smooth)
         if len(chosen) == 0:
             continue
         here = places.of(chosen)
@@ -202,7 +192,6 @@ def find_contacts(
                 trace=trace,
                 gap=measured.gap[chosen],
                 share=measured.share[chosen],
-                shift=measured.shift[chosen],
                 moduli=of_soil[0],
                 elastic_share=of_soil[1],
                 law=ContactLaw(*of_soil[2:]),
@@ -309,9 +298,7 @@ def trace_of_soil(
     cell: the smallest edge of a cell [length]. cells: of the points. places: their owners.
     """
     own = places.own
-    cornered = np.zeros(len(points), dtype=bool)
-    for body in points.bodies:
-        cornered[body.points] = body.has_corners
+    cornered = with_corners(points)
     (on_corners,) = places.of_all(cornered[measured.point[own]])
     if not on_corners.any():
         return None
@@ -367,3 +354,14 @@ def scatter_of(points: MaterialPoints, point: Integers, normal: Floats) -> Float
     else:
         across = np.abs(np.einsum("nki,ni->nk", edge, normal))
     return np.asarray(2.0 * (across.sum(axis=1) - across.max(axis=1)))
+
+
+def _where_taken(pose: Pose, position: Floats) -> Pose:
+    """Returns the pose moved along the surface to where the soil's displacement is taken.
+
+    position: mean of the soil's positions with the weights of the displacement [length], (n, dim).
+    """
+    away = position - pose.position
+    along = away - np.einsum("ni,ni->n", away, pose.normal)[:, None] * pose.normal
+    moved = np.einsum("nij,nj->ni", pose.gradient, along)
+    return replace(pose, position=pose.position + along, increment=pose.increment + moved)

@@ -108,6 +108,14 @@ def trace_in_cells(at: PointsInCells) -> Trace:
     return Trace(count, np.repeat(np.arange(count), corners), node.ravel(), at.value.ravel())
 
 
+def with_corners(points: MaterialPoints) -> Flags:
+    """Returns which points have domains with corners, shape (n,)."""
+    found = np.zeros(len(points), dtype=bool)
+    for body in points.bodies:
+        found[body.points] = body.has_corners
+    return found
+
+
 def domain_weights(corner: Floats, offset: Floats) -> tuple[Floats, Flags]:
     """Returns the weights of a domain's corners at places, and which places belong to it.
 

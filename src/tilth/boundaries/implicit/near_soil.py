@@ -18,7 +18,7 @@ from tilth import _core
 from tilth.arrays import Floats, Integers
 from tilth.boundaries.contact.gap import measure_gap
 from tilth.boundaries.contact.measure import EVEN, SurfaceParts, sampled
-from tilth.boundaries.contact.trace import Trace, trace_of_domains
+from tilth.boundaries.contact.trace import Trace, trace_of_domains, with_corners
 from tilth.comm import Communicator
 from tilth.geometry.flat import box_corners
 from tilth.mpm.domains import half_edges
@@ -175,9 +175,7 @@ def _trace(
     """
     if boundary.declared.form != "surface" or active.grid.dim == 3:
         return None
-    cornered = np.zeros(len(points), dtype=bool)
-    for body in points.bodies:
-        cornered[body.points] = body.has_corners
+    cornered = with_corners(points)
     if active.comm.max(float(cornered.any())) == 0.0:
         return None
     assert boundary.quadrature is not None
