@@ -14,6 +14,8 @@ from tilth import BadInput, Model, run
 from tilth.analysis.contact_warnings import contact_warnings
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
+from tilth.boundaries.contact.checks import require_not_passed
+from tilth.errors import StepFailed
 
 CELL = 0.2
 STIFFNESS = 1e6
@@ -165,3 +167,17 @@ def test_a_thin_shape_is_not(geometry: dict[str, Any]) -> None:
     entries = problem(displacement={"x": 0.0, "y": -0.05})
     entries["rigid_bodies"][0]["geometry"] = geometry
     assert not any("thickness" in key for key, _ in contact_warnings(Model.from_dict(entries)))
+
+
+def test_soil_may_not_pass_through_a_body_unless_it_is_torn_off() -> None:
+    """A point of 1.6 times its volume bears nothing, and falls however short the step is."""
+    simulation = Simulation(Model.from_dict(problem(displacement={"x": 0.0, "y": -0.01})))
+    simulation.check()
+    points = simulation.points
+    inside = points.position.copy()
+    inside[0] = [0.0, 0.25]
+    surfaces = simulation.contact_surfaces
+    with pytest.raises(StepFailed, match="soil passes through the surface of 'body'"):
+        require_not_passed(surfaces, [], points, inside, 0.0, 0.0)
+    points.deformation_gradient[0, 0, 0] = 1.6
+    require_not_passed(surfaces, [], points, inside, 0.0, 0.0)

@@ -19,15 +19,13 @@ from tilth.errors import BadInput, StepFailed
 from tilth.mpm.domains import LARGEST_HALF_LENGTH
 from tilth.mpm.grid import LEFT_LIMITS
 from tilth.mpm.shear_strength import shear_strength
+from tilth.mpm.torn_off import TORN_OFF, torn_off
 
 STEADY_FLOW = 0.5
 """Elastic share of the last step's strain below which a point flows."""
 
 FLOWING_SHARE = 0.05
 """Share of the points in plastic flow from which on a mechanism is likely."""
-
-TORN_OFF = 1.5
-"""Volume over that at first from which on soil has come apart: no soil dilates so much."""
 
 WIDE_DOMAIN = 2.0
 """Width of a domain, in cells, from which on it averages the deformation over too many of them."""
@@ -242,11 +240,10 @@ def _f_bar_in_dilating_soil(simulation: Simulation) -> Iterator[str]:
 def _torn_off(simulation: Simulation) -> Iterator[str]:
     """Soil at an edge that has come apart, and falls or crumbles."""
     points = simulation.points
-    growth = points.volume / points.initial_volume
-    torn = growth > TORN_OFF
+    torn = torn_off(points)
     if not torn.any():
         return
-    worst = int(growth.argmax())
+    worst = int((points.volume / points.initial_volume).argmax())
     yield (
         f"{int(torn.sum())} points have more than {TORN_OFF:g} times their volume, most of all "
         f"{points.point_id[worst]} at ({at(points.position[worst])}): they are torn off at an edge "

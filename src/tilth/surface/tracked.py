@@ -225,7 +225,7 @@ class TrackedSurface:
         self, active: ActiveGrid, displacement: Floats, points: MaterialPoints, position: Floats
     ) -> tuple[list[TrackedChain], str | None]:
         """As `BodySurface.moved`."""
-        moved, lost = [], False
+        moved, warning = [], None
         for tracked in self.chains:
             if len(tracked.point_id):
                 x = self._at_points(active, tracked.point_id, points, position)
@@ -235,8 +235,8 @@ class TrackedSurface:
                 except StepFailed:
                     if self._is_loaded:
                         raise
-                    lost, tracked = True, self._near_soil(tracked, active)
-                    x = moved_with_grid(active, tracked.current.points, displacement, self.name)
+                    tracked, x, remedy = self._moved_beside_soil(tracked, active, displacement)
+                    warning = lost_points(self.name, remedy)
                 on_axis = self._ends_on_axis(tracked.current, active)
                 x[on_axis, 0] = tracked.current.points[on_axis, 0]
             try:
@@ -249,18 +249,27 @@ class TrackedSurface:
         if len(crossings.position):
             where = ", ".join(f"{x:.4g}" for x in crossings.position[0])
             return moved, f"the surface of {self.name!r} touches or crosses itself at ({where})"
-        if lost:
-            return moved, lost_points(self.name, "goes on without them")
-        return moved, None
+        return moved, warning
 
-    def _near_soil(self, tracked: TrackedChain, active: ActiveGrid) -> TrackedChain:
-        """Returns the chain without points that are more than a cell away from the soil.
+    def _moved_beside_soil(
+        self, tracked: TrackedChain, active: ActiveGrid, displacement: Floats
+    ) -> tuple[TrackedChain, Floats, str]:
+        """Returns a chain without points that are more than a cell away from soil, and how it moves.
 
-        Such as those on soil that crumbles. With too few others it stays as it is.
+        Where they are too many they stay in it, and stay where they are.
+
+        Returns:
+            The chain, the positions of its points at the end of the step, and what became of it.
         """
-        kept = points_near_soil(active, tracked.current.points, self.name)
+        points = tracked.current.points
+        kept = points_near_soil(active, points, self.name)
+        if not kept.any():
+            raise StepFailed(f"all boundary points of {self.name!r} left the soil")
+        moved = moved_with_grid(active, points[kept], displacement, self.name)
         if kept.sum() < LEAST_KEPT * len(kept):
-            return tracked
+            whole = points.copy()
+            whole[kept] = moved
+            return tracked, whole, "stays there where it was"
         try:
             current, initial = (
                 Chain(each.points[kept], each.closed, each.corner[kept])
@@ -268,7 +277,7 @@ class TrackedSurface:
             )
         except BadSurface as error:
             raise StepFailed(f"the surface of {self.name!r}: {error.problem}") from error
-        return replace(tracked, current=current, initial=initial)
+        return replace(tracked, current=current, initial=initial), moved, "goes on without them"
 
     def _at_points(
         self, active: ActiveGrid, point_id: Integers, points: MaterialPoints, position: Floats

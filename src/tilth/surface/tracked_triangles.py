@@ -22,7 +22,7 @@ from tilth.surface.clipped import ClippedTriangles, area_in_plan, clip_in_plan
 from tilth.surface.outline_3d import outline_3d
 from tilth.surface.quadrature import SurfaceQuadrature
 from tilth.surface.subdivide import subdivide
-from tilth.surface.tracked import LEAST_KEPT, lost_points, moved_with_grid, points_near_soil
+from tilth.surface.tracked import lost_points, moved_with_grid, points_near_soil
 from tilth.surface.triangles import Triangles, triangle_rule
 
 LONGEST_EDGE_RATIO = 2.0
@@ -166,7 +166,7 @@ class TrackedSolidSurface:
             position = moved_with_grid(active, old.vertices, displacement, self.name)
         except StepFailed:
             near = points_near_soil(active, old.vertices, self.name)
-            if self._loads or near.mean() < LEAST_KEPT:
+            if self._loads or not near.any():
                 raise
             moved = np.zeros_like(old.vertices)
             moved[near] = moved_with_grid(active, old.vertices[near], displacement, self.name)

@@ -15,6 +15,7 @@ from tilth.boundaries.contact.rigid_body import RigidBody
 from tilth.boundaries.contact.surface import ContactSurface
 from tilth.errors import BadInput, StepFailed
 from tilth.mpm.points import MaterialPoints
+from tilth.mpm.torn_off import torn_off
 
 INSIDE = 0.1
 """Depth in cells from which a material point counts as inside a rigid body at the start."""
@@ -101,16 +102,19 @@ def require_not_passed(
 ) -> None:
     """Checks that a step takes no material point through a surface.
 
-    Contact holds soil that is within a cell of a surface at the start of a step. contacts: those of
-    the step. moved: positions at the end [length], shape (n, dim).
+    Contact holds soil that is within a cell of a surface at the start of a step. Points that are
+    torn off may pass: they bear nothing, and fall however short the step is. contacts: those of the
+    step. moved: positions at the end [length], shape (n, dim).
 
     Raises:
         StepFailed: a point is behind the surface that was not before.
     """
+    intact = ~torn_off(points)
     for surface in surfaces:
         if surface.quadrature is None:
             continue
         near = _near(surface, moved, after)
+        near = near[intact[near]]
         now = surface.distance(moved[near], after) / surface.cell
         behind = np.flatnonzero(now < -UNSEEN)
         if len(behind) == 0:
