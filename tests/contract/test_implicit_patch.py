@@ -19,6 +19,7 @@ from implicit_problems import (
 )
 from small_problems import BASES, SPACINGS
 
+from tilth._core import corner_basis_names
 from tilth.arrays import Floats
 from tilth.mpm.initial_points import initial_points
 
@@ -118,7 +119,10 @@ def test_a_side_on_a_grid_line_beside_a_cell_without_points(along: int, over: fl
 @pytest.mark.slow
 @pytest.mark.parametrize("basis", BASES)
 def test_error_of_ordinary_points_falls_with_their_number(basis: str) -> None:
-    """Part (c): points on the body's lattice do not integrate cut cells; more of them do better."""
+    """Part (c): points on the body's lattice do not integrate cut cells; more of them do better.
+
+    Boundaries act on the own trace of domains with corners: these are exact however many they are.
+    """
     stretch = STRETCH[:2]
     means = {}
     for points in (2, 6):
@@ -131,6 +135,9 @@ def test_error_of_ordinary_points_falls_with_their_number(basis: str) -> None:
                 )  # fmt: skip
                 errors.append(stress_error(model, stretch, angle, initial_points(model)).mean())
             means[points, angle] = float(np.mean(errors))
+    if basis in corner_basis_names():
+        assert max(means.values()) < 2.0 * DELTA
+        return
     for angle in ANGLES:
         exact = means[2, angle] < 2.0 * DELTA  # GIMP beside the axes
         assert exact or means[6, angle] < 0.9 * means[2, angle]

@@ -8,6 +8,7 @@ from body_contacts import two_blocks
 from contact_terms import DRIVEN, FREE, pressed
 from mpi_runs import assert_as_serial
 from sand_footings import small_footing
+from turned_blocks import turned_block
 
 from tilth import Model
 
@@ -42,3 +43,13 @@ def test_sand_that_creeps_beside_a_footing(processes: int) -> None:
 def test_contact_between_bodies(law: str, basis: str, processes: int) -> None:
     """Each body has nodes of its own, and a process may lack one of them."""
     assert_as_serial(Model.from_dict(two_blocks("plane_strain", law, basis)), processes, 2)
+
+
+@several
+@pytest.mark.parametrize("holder", ["held", "bonded"])
+def test_a_block_that_turns_in_a_box(holder: str, processes: int) -> None:
+    """The trace of its domains along the box is that of a serial run."""
+    entries = turned_block("cpdi2", holder, 60.0, 4).to_dict()
+    entries["materials"]["soil"]["density"] = 2.0
+    entries["loads"] = [{"type": "body_force", "acceleration": [0.0, -10.0]}]
+    assert_as_serial(Model.from_dict(entries), processes)

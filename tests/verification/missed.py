@@ -63,7 +63,6 @@ OVER_HEIGHT = "RMS distance of the points over the height"
 MOMENT = "its moment against the weight's, relative"
 DEEPEST = "deepest point behind the block's face"
 FOLLOWS = "the same with a grid that follows the edge"
-RATE = "convergence rate, %s, turned by 30 degrees"
 SPREAD = "spread of P / c over"
 APART = "force at * m, the farthest apart from 0.1 D on, rough"
 ROUGHNESS = "RMS of the second difference of the force over its mean"
@@ -79,10 +78,6 @@ MISSED = (
     _short("rigid_footing_elastic", f"{DEEPEST}, h 0.1 m, in cells", 0.151840),
     _short("rigid_footing_elastic", f"{FOLLOWS}, h 0.2 m", 2.97210e-6),
     _long("rigid_footing_elastic", f"{FOLLOWS}, h 0.1 m", 1.55903e-6),
-    _short("inclined_column", f"{RATE % 'cpdi1'}, 16 to 32 cells", 0.00784230),
-    _short("inclined_column", f"{RATE % 'cpdi2'}, 16 to 32 cells", 0.167854),
-    _long("inclined_column", f"{RATE % 'cpdi1'}, 16 to 64 cells", 0.0591305),
-    _long("inclined_column", f"{RATE % 'cpdi2'}, 16 to 64 cells", 0.139482),
     _long("strip_footing", f"{SPREAD} 10 positions of the edge in its cell, h 0.1 m", 0.121451),
     _long("square_footing", f"{SPREAD} four positions of the edge in its cell, h 0.25 m", 0.475090),
     _long("square_footing", f"{SPREAD} four positions of the edge in its cell, h 0.125 m", 0.24),

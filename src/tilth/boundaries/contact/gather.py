@@ -24,7 +24,12 @@ from tilth.boundaries.contact.measure import (
 )
 from tilth.boundaries.contact.smoothness import Smoothness, smoothness
 from tilth.boundaries.contact.surface import LOST, CarriedContact, ContactSurface, Touch
-from tilth.boundaries.contact.trace import Trace, trace_in_cells, trace_of_domains
+from tilth.boundaries.contact.trace import (
+    Trace,
+    trace_in_cells,
+    trace_of_domains,
+    with_corners,
+)
 from tilth.boundaries.implicit.boundary import Pose
 from tilth.mpm.domains import half_edges
 from tilth.mpm.grid import ActiveGrid
@@ -123,11 +128,14 @@ class NearContact:
         if smooth is not None:
             pose = replace(pose, normal=smooth.of(chosen).normals(pose.normal, surface.cell))
         at = self.cells.at(active)
+        trace = trace_in_cells(at) if self.trace is None else self.trace.on(active)
+        if self.trace is not None:
+            pose = _where_taken(pose, trace.interpolate(active.position))
         return ContactConstraint(
             boundary=surface,
             chosen=chosen,
             at=at,
-            trace=trace_in_cells(at) if self.trace is None else self.trace.on(active),
+            trace=trace,
             pose=replace(pose, weight=pose.weight * self.share),
             moduli=self.moduli,
             axisymmetric=kind == "axisymmetric",
@@ -290,9 +298,7 @@ def trace_of_soil(
     cell: the smallest edge of a cell [length]. cells: of the points. places: their owners.
     """
     own = places.own
-    cornered = np.zeros(len(points), dtype=bool)
-    for body in points.bodies:
-        cornered[body.points] = body.has_corners
+    cornered = with_corners(points)
     (on_corners,) = places.of_all(cornered[measured.point[own]])
     if not on_corners.any():
         return None
@@ -348,3 +354,14 @@ def scatter_of(points: MaterialPoints, point: Integers, normal: Floats) -> Float
     else:
         across = np.abs(np.einsum("nki,ni->nk", edge, normal))
     return np.asarray(2.0 * (across.sum(axis=1) - across.max(axis=1)))
+
+
+def _where_taken(pose: Pose, position: Floats) -> Pose:
+    """Returns the pose moved along the surface to where the soil's displacement is taken.
+
+    position: mean of the soil's positions with the weights of the displacement [length], (n, dim).
+    """
+    away = position - pose.position
+    along = away - np.einsum("ni,ni->n", away, pose.normal)[:, None] * pose.normal
+    moved = np.einsum("nij,nj->ni", pose.gradient, along)
+    return replace(pose, position=pose.position + along, increment=pose.increment + moved)

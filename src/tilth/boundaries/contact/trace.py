@@ -95,12 +95,25 @@ class Trace:
         columns = [np.bincount(self.place, each, self.count) for each in part.T]
         return np.stack(columns, axis=1)
 
+    def scatter(self, vector: Floats, nodes: int) -> Floats:
+        """Returns the sums at all nodes, (nodes, k), of vectors at the places, (n, k)."""
+        part = self.value[:, None] * vector[self.place]
+        return np.stack([np.bincount(self.node, each, nodes) for each in part.T], axis=1)
+
 
 def trace_in_cells(at: PointsInCells) -> Trace:
     """Returns the trace by the functions of the cells, of places ordered by cell."""
     count, corners = at.value.shape
     node = at.node[at.cell].astype(np.int64)
     return Trace(count, np.repeat(np.arange(count), corners), node.ravel(), at.value.ravel())
+
+
+def with_corners(points: MaterialPoints) -> Flags:
+    """Returns which points have domains with corners, shape (n,)."""
+    found = np.zeros(len(points), dtype=bool)
+    for body in points.bodies:
+        found[body.points] = body.has_corners
+    return found
 
 
 def domain_weights(corner: Floats, offset: Floats) -> tuple[Floats, Flags]:
@@ -118,26 +131,39 @@ def domain_weights(corner: Floats, offset: Floats) -> tuple[Floats, Flags]:
     signs = corner_signs(dim)
     xi = np.zeros_like(offset)
     size = np.abs(corner).max(axis=(1, 2), initial=0.0)
+    left = np.arange(len(offset))  # those whose coordinates are not found yet
     for _ in range(ITERATIONS):
-        hat = 0.5 * (1.0 + signs * xi[:, None])  # (n, corners, dim)
-        slope = np.stack(
-            [0.5 * signs[:, k] * np.delete(hat, k, axis=2).prod(axis=2) for k in range(dim)], axis=2
-        )
-        error = offset - np.einsum("nc,nci->ni", hat.prod(axis=2), corner)
-        if (np.abs(error).max(axis=1, initial=0.0) <= 1e-14 * size).all():
+        hat = 0.5 * (1.0 + signs * xi[left, None])  # (left, corners, dim)
+        error = offset[left] - np.einsum("nc,nci->ni", _product(hat), corner[left])
+        wrong = np.abs(error).max(axis=1, initial=0.0) > 1e-14 * size[left]
+        left, hat, error = left[wrong], hat[wrong], error[wrong]
+        if len(left) == 0:
             break
-        jacobian = np.einsum("nci,nck->nik", corner, slope)
-        flat = np.abs(np.linalg.det(jacobian)) <= FLAT * size**dim
-        jacobian[flat] = np.eye(dim)
-        xi += np.where(
-            flat[:, None], FARTHEST, np.linalg.solve(jacobian, error[:, :, None])[:, :, 0]
+        slope = np.stack(
+            [
+                0.5 * signs[:, k] * _product(hat[..., [i for i in range(dim) if i != k]])
+                for k in range(dim)
+            ],
+            axis=2,
         )
-        xi.clip(-4.0, 4.0, out=xi)
-    weight = (0.5 * (1.0 + signs * xi[:, None])).prod(axis=2)
+        jacobian = corner[left].transpose(0, 2, 1) @ slope
+        flat = np.abs(np.linalg.det(jacobian)) <= FLAT * size[left] ** dim
+        jacobian[flat] = np.eye(dim)
+        change = np.linalg.solve(jacobian, error[:, :, None])[:, :, 0]
+        xi[left] = (xi[left] + np.where(flat[:, None], FARTHEST, change)).clip(-4.0, 4.0)
+    weight = _product(0.5 * (1.0 + signs * xi[:, None]))
     weight[np.abs(weight) < ROUND_OFF] = 0.0
     error = np.einsum("nc,nci->ni", weight, corner) - offset
     inside = (np.abs(xi) <= FARTHEST).all(axis=1)
     return weight, inside & (np.abs(error).max(axis=1, initial=0.0) <= 1e-9 * size)
+
+
+def _product(factors: Floats) -> Floats:
+    """Returns the products over the last axis, which is short."""
+    result = factors[..., 0]
+    for k in range(1, factors.shape[-1]):
+        result = result * factors[..., k]
+    return np.asarray(result)
 
 
 def trace_of_domains(
@@ -166,6 +192,13 @@ def trace_of_domains(
     weight, inside = domain_weights(points.corner[owner], position - points.position[owner])
     place, owner, weight = place[inside], owner[inside], weight[inside]
     number = np.bincount(place, minlength=whole.count)
+    # samples of one place in one domain together
+    pair, first, sample = np.unique(
+        place * np.int64(len(points)) + owner, return_index=True, return_inverse=True
+    )
+    place, owner = place[first], owner[first]
+    columns = [np.bincount(sample, each, len(pair)) for each in weight.T]
+    weight = np.stack(columns, axis=1)
     sample, corner = np.nonzero(weight)
     found = points.position[owner[sample]] + points.corner[owner[sample], corner]
     field = points.fields_of(owner[sample])

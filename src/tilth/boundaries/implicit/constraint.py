@@ -22,6 +22,7 @@ import numpy as np
 
 from tilth import _core
 from tilth.arrays import Floats, Integers
+from tilth.boundaries.contact.trace import Trace
 from tilth.boundaries.implicit.multipliers import Multipliers, constrained_directions
 from tilth.mpm.quadrature import PointsInCells
 
@@ -53,6 +54,11 @@ class PointsNearSoil:
     axisymmetric: bool
     elastic_share: Floats
     square: Floats
+
+    @property
+    def trace_of_rows(self) -> Trace | None:
+        """The soil's displacement in the rows of the multipliers; None for that in the cells."""
+        return None
 
     @cached_property
     def penalty(self) -> Floats:
@@ -108,10 +114,36 @@ class SurfaceConstraint(ImplicitConstraint):
     """An `ImplicitConstraint` with the surface form.
 
     Attributes:
+        trace: the soil's displacement at the points, on the nodes of the grid; None if it is that
+            in the cells.
+        offset: from the points to the middles of the parts of which it is the mean [length], shape
+            (n, dim).
         multipliers: of this boundary; selected for all boundaries of a step together.
     """
 
+    trace: Trace | None = None
+    offset: Floats | None = None
     multipliers: Multipliers | None = None
+
+    @property
+    def trace_of_rows(self) -> Trace | None:
+        """As `PointsNearSoil.trace_of_rows`."""
+        return self.trace
+
+    @cached_property
+    def increment(self) -> Floats:
+        """Prescribed displacement where the soil's is taken [length], shape (n, dim)."""
+        if self.offset is None:
+            return self.pose.increment
+        moved = np.einsum("nij,nj->ni", self.pose.gradient, self.offset)
+        return np.asarray(self.pose.increment + moved)
+
+    def nodal_force(self, carried: Floats, nodes: int) -> Floats:
+        """As `ImplicitConstraint.nodal_force`."""
+        if self.trace is None:
+            return super().nodal_force(carried, nodes)
+        dim = self.pose.position.shape[1]
+        return self.trace.scatter(self.pose.weight[:, None] * carried[:, :dim], nodes)
 
     @property
     def constrained_directions(self) -> Floats:
@@ -138,13 +170,15 @@ class SurfaceConstraint(ImplicitConstraint):
     def initial_slip(self) -> Floats:
         """Returns the mean slips at zero nodal displacement [length], shape (m,)."""
         assert self.multipliers is not None
-        return -self.multipliers.mean(self.pose.increment)
+        return -self.multipliers.mean(self.increment)
 
     def after(self, displacement: Floats) -> Floats:
         """As `ImplicitConstraint.after`."""
         assert self.multipliers is not None
-        slip = self.at.interpolate(displacement) - self.pose.increment
-        traction = self.multipliers.penalty * self.multipliers.mean(slip)
+        soil = self.at if self.trace is None else self.trace
+        traction = self.multipliers.penalty * self.multipliers.mean(
+            soil.interpolate(displacement) - self.increment
+        )
         return self.before + self.multipliers.distribute(traction)
 
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -72,7 +72,7 @@ class FoundSoil:
         soil: for contact; required with it. pairs: surfaces of bodies in contact with each other.
         """
         touching = [each for each in boundaries if isinstance(each, ContactSurface)]
-        held = find_near_soil(holding(boundaries), points, active, before)
+        held = find_near_soil(holding(boundaries), points, active, before, traced=True)
         if soil is None or not (touching or pairs):
             return cls(held)
         box = soil_box(points, active.comm)
@@ -89,6 +89,7 @@ class FoundSoil:
         held = [each.key for each in (*self.held, *others)]
         cells = [*held, *(cell for cell, _ in of_contacts)]
         nodes = [nodes_of_cells(cells, active), *(node for _, node in of_contacts)]
+        nodes += [each.trace.node for each in self.held if each.trace is not None]
         return np.unique(np.concatenate(nodes))
 
 
@@ -203,20 +204,25 @@ class ImplicitConstraints:
             assert boundary.quadrature is not None
             pose = boundary.pose(before, after, chosen)
             areas[boundary.name] = float((boundary.weights(after, chosen) * found.fraction).sum())
-            make = SurfaceConstraint if boundary.declared.form == "surface" else BandConstraint
-            parts.append(
-                make(
-                    boundary=boundary,
-                    chosen=chosen,
-                    at=found.at(active),
-                    pose=replace(pose, weight=pose.weight * found.fraction),
-                    moduli=found.moduli,
-                    axisymmetric=kind == "axisymmetric",
-                    elastic_share=found.elastic_share,
-                    moved=found.moved,
-                    square=boundary.quadrature.square[chosen],
-                )
+            common = dict[str, Any](
+                boundary=boundary,
+                chosen=chosen,
+                at=found.at(active),
+                pose=replace(pose, weight=pose.weight * found.fraction),
+                moduli=found.moduli,
+                axisymmetric=kind == "axisymmetric",
+                elastic_share=found.elastic_share,
+                moved=found.moved,
+                square=boundary.quadrature.square[chosen],
             )
+            if boundary.declared.form == "band":
+                parts.append(BandConstraint(**common))
+                continue
+            trace = offset = None
+            if found.trace is not None:
+                trace = found.trace.on(active)
+                offset = trace.interpolate(active.position) - pose.position
+            parts.append(SurfaceConstraint(**common, trace=trace, offset=offset))
         return parts
 
     def exterior_nodes(self) -> tuple[Integers, Floats]:
@@ -277,6 +283,8 @@ class ImplicitConstraints:
         found = np.zeros(self.active.nodes, dtype=bool)
         for part in self.parts:
             found[part.at.node] = True
+            if isinstance(part, SurfaceConstraint) and part.trace is not None:
+                found[part.trace.node] = True
         return found
 
     def largest_increment(self) -> float:

@@ -29,6 +29,7 @@ from tilth.terms.linear import RowCoupling
 
 if TYPE_CHECKING:
     from tilth.boundaries.contact.constraint import ContactConstraint
+    from tilth.boundaries.contact.trace import Trace
     from tilth.boundaries.implicit.constraint import PointsNearSoil, SurfaceConstraint
 
 
@@ -215,6 +216,9 @@ def _multipliers(
         part.pose.weight, direction.reshape(-1, dim), penalty.ravel(), part.at.value,
     )  # fmt: skip
     area, mean_penalty, node_start, node, row = map(np.asarray, means)
+    if part.trace_of_rows is not None:
+        found = _rows_of_trace(part, part.trace_of_rows, direction, owner, len(vertex))
+        node_start, node, row = found
     return Multipliers(
         owner=owner.reshape(rank, count),
         direction=direction,
@@ -226,6 +230,28 @@ def _multipliers(
         row=row,
         vertex=vertex,
     )
+
+
+def _rows_of_trace(
+    part: SurfaceConstraint | ContactConstraint,
+    trace: Trace,
+    direction: Floats,
+    owner: Integers,
+    count: int,
+) -> tuple[Integers, npt.NDArray[np.int32], Floats]:
+    """Returns node_start, node and row of `Multipliers` for the trace of domains with corners.
+
+    owner: of each direction of each point, shape (r n,). count: number of multipliers.
+    """
+    owner = owner.reshape(len(direction), -1)
+    nodes = int(trace.node.max(initial=0)) + 1
+    found, entry = np.unique(owner[:, trace.place] * nodes + trace.node, return_inverse=True)
+    share = (part.pose.weight[trace.place] * trace.value)[:, None] * direction[:, trace.place]
+    columns = [
+        np.bincount(entry.ravel(), each.ravel(), len(found)) for each in share.transpose(2, 0, 1)
+    ]
+    start = np.searchsorted(found, nodes * np.arange(count + 1))
+    return start, (found % nodes).astype(np.int32), np.stack(columns, axis=1)
 
 
 def multiplier_coupling(multipliers: Sequence[Multipliers], slip: Sequence[Floats]) -> RowCoupling:

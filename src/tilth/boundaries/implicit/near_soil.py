@@ -9,18 +9,22 @@ processes, and which vertices have one depends on their neighbours' (`multiplier
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tilth import _core
 from tilth.arrays import Floats, Integers
+from tilth.boundaries.contact.gap import measure_gap
+from tilth.boundaries.contact.measure import EVEN, SurfaceParts, sampled
+from tilth.boundaries.contact.trace import Trace, trace_of_domains, with_corners
 from tilth.comm import Communicator
 from tilth.geometry.flat import box_corners
 from tilth.mpm.domains import half_edges
 from tilth.mpm.grid import ActiveGrid, cell_corners
 from tilth.mpm.keys import lattice_keys
+from tilth.mpm.owned_places import OwnedPlaces
 from tilth.mpm.points import ElasticModuli, MaterialPoints
 from tilth.mpm.quadrature import PointsInCells, find_cells, points_in_cells
 
@@ -33,6 +37,9 @@ LARGEST_CONSTRAINED_MODULUS = 3.0
 The exact modulus is unbounded for nu -> 1/2 and would impair the matrix's condition. Because the
 traction is carried from step to step, the value does not change the converged reaction.
 """
+
+TRACE_REACH = 0.5
+"""Distance from a boundary, in cells, up to which it is on the face of a domain."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +54,7 @@ class NearSoil:
         moduli: capped constrained and shear modulus of the soil [stress], shape (n, 2).
         elastic_share: elastic part of the soil's last strain increment [-], shape (n,).
         moved: motion of the soil in the last step [cells], shape (n,).
+        trace: the soil's displacement there, with keys of nodes; None if it is that in the cells.
     """
 
     chosen: Integers
@@ -56,6 +64,7 @@ class NearSoil:
     moduli: Floats
     elastic_share: Floats
     moved: Floats
+    trace: Trace | None = None
 
     def at(self, active: ActiveGrid) -> PointsInCells:
         """Returns the points in the cells of a grid that has all these cells' nodes."""
@@ -63,9 +72,16 @@ class NearSoil:
 
 
 def find_near_soil(
-    boundaries: Sequence[Implicit], points: MaterialPoints, active: ActiveGrid, time: float
+    boundaries: Sequence[Implicit],
+    points: MaterialPoints,
+    active: ActiveGrid,
+    time: float,
+    traced: bool = False,
 ) -> list[NearSoil]:
-    """Returns the points of each boundary near soil at `time`, the start of the step."""
+    """Returns the points of each boundary near soil at `time`, the start of the step.
+
+    traced: whether with the soil's displacement on domains with corners.
+    """
     if not boundaries:
         return []
     surfaces, normals, tributary = [], [], []
@@ -92,7 +108,13 @@ def find_near_soil(
         found.append(
             _near_soil(boundary, nearest[own], fraction[own], points, active, moduli, time)
         )
-    return [_of_all(each, active) for each in found]
+    joined = [_of_all(each, active) for each in found]
+    if not traced:
+        return joined
+    return [
+        replace(near, trace=_trace(boundary, near, points, active, time))
+        for boundary, near in zip(boundaries, joined, strict=True)
+    ]
 
 
 def _near_soil(
@@ -134,14 +156,46 @@ def _of_all(own: NearSoil, active: ActiveGrid) -> NearSoil:
     if active.shared is None:
         return own
     kept = active.shared.owns(own.key)
-    columns = [getattr(own, each.name)[kept] for each in fields(NearSoil)]
+    names = [each.name for each in fields(NearSoil) if each.name != "trace"]
+    columns = [getattr(own, name)[kept] for name in names]
     gathered = zip(*active.comm.gathered(columns), strict=True)
-    joined = {
-        each.name: np.concatenate(parts)
-        for each, parts in zip(fields(NearSoil), gathered, strict=True)
-    }
+    joined: dict[str, Any] = dict(zip(names, map(np.concatenate, gathered), strict=True))
     order = np.lexsort((joined["chosen"], joined["key"]))
-    return NearSoil(**{name: array[order] for name, array in joined.items()})
+    return replace(own, **{name: array[order] for name, array in joined.items()})
+
+
+def _trace(
+    boundary: Implicit, near: NearSoil, points: MaterialPoints, active: ActiveGrid, time: float
+) -> Trace | None:
+    """Returns the displacement of domains with corners at the points of a boundary near them.
+
+    It is the mean over samples of the points' parts; the nodes have their keys for numbers. None
+    without such domains, and in space, where it costs too much
+    (docs/decisions/0045-trace-of-domains.md). All processes call it.
+    """
+    if boundary.declared.form != "surface" or active.grid.dim == 3:
+        return None
+    cornered = with_corners(points)
+    if active.comm.max(float(cornered.any())) == 0.0:
+        return None
+    assert boundary.quadrature is not None
+    on_surface = boundary.quadrature.on_surface[near.chosen]
+    surface, normal, part = (each[on_surface] for each in boundary.surface_points(time))
+    parts = SurfaceParts(surface, normal, part)
+    places = OwnedPlaces.at(active, parts.position)
+    own = places.own
+    reach = TRACE_REACH * float(active.grid.cell_size.min())
+
+    def measure(position: Floats, normal: Floats, widening: float) -> tuple[Floats, Integers]:
+        return measure_gap(points, active.grid, {}, position, normal, reach, reach, widening)
+
+    samples = sampled(parts.of(own), EVEN, measure, np.arange(len(own)))
+    kept = np.isfinite(samples.gap) & cornered[samples.point]
+    at = points_in_cells(active, near.key[own], near.local[own])
+    trace = trace_of_domains(
+        active, points, at, samples.part[kept], samples.position[kept], samples.point[kept]
+    )
+    return trace.at_keys(active, places)
 
 
 def nodes_of_cells(keys: Sequence[Integers], active: ActiveGrid) -> Integers:

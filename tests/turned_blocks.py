@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A prestressed block that turns rigidly in an implicit box, or in a bonded rigid body."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from tilth import Model
+
+STRESS = np.array([[-100.0, 20.0, 0.0], [20.0, -50.0, 0.0], [0.0, 0.0, -70.0]])
+LOWER, UPPER = [0.13, 0.21], [2.07, 1.33]
+CENTRE = [3.1, -1.7]
+
+
+def turned_block(basis: str, holder: str, angle: float, steps: int) -> Model:
+    """The block in a "held" box or a "bonded" body that turns by an angle [degrees]."""
+    box = {"type": "box", "lower": LOWER, "upper": UPPER, "soil": "inside"}
+    ramp = [[0, 0], [1, 1]]
+    stress = [*np.diag(STRESS).tolist(), float(STRESS[0, 1])]
+    entries: dict[str, Any] = {
+        "analysis": {"kind": "plane_strain"},
+        "grid": {"cell_size": 0.25},
+        "materials": {
+            "soil": {"model": "hencky_elastic", "young_modulus": 2e3, "poisson_ratio": 0.3}
+        },
+        "bodies": [
+            {
+                "name": "block",
+                "material": "soil",
+                "shape": {"type": "box", "lower": LOWER, "upper": UPPER},
+                "basis": basis,
+                "points_per_cell": 2,
+            }
+        ],
+        "initial": {"stress": [{"type": "given", "body": "block", "stress": stress}]},
+        "schedule": {"steps": steps},
+        "output": {"report": False},
+    }
+    if holder == "held":
+        entries["boundaries"] = [
+            {
+                "name": "box",
+                "type": "implicit",
+                "condition": "fixed",
+                "geometry": box,
+                "rotation": {"angle": angle, "centre": CENTRE},
+                "factor": ramp,
+            }
+        ]
+    else:
+        entries["rigid_bodies"] = [
+            {
+                "name": "box",
+                "geometry": box,
+                "centre": CENTRE,
+                "rotation": angle,
+                "displacement": {"x": 0.0, "y": 0.0},
+                "factor": ramp,
+                "contact": {"normal": "bilateral", "tangential": "bonded"},
+                "wished_in_place": True,
+            }
+        ]
+    return Model.from_dict(entries)

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A prestressed block that turns rigidly in an implicit box, or in a bonded rigid body.
+
+Its stress turns with it: what differs comes from the boundary, most of all in the corners.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from turned_blocks import STRESS, turned_block
+
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_result import StepResult
+from tilth.verification.march import march
+
+
+def errors(basis: str, holder: str, angle: float, steps: int) -> list[float]:
+    """The greatest error of a stress component after each step over 100 [-]."""
+    found = []
+
+    def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
+        turn = np.radians(angle * time)
+        rotation = np.eye(3)
+        rotation[:2, :2] = [[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]
+        exact = rotation @ STRESS @ rotation.T
+        xx, yy, zz, xy = exact[0, 0], exact[1, 1], exact[2, 2], exact[0, 1]
+        difference = simulation.points.stress[:, :4] - [xx, yy, zz, xy]
+        found.append(float(np.abs(difference).max()) / 100.0)
+
+    march(turned_block(basis, holder, angle, steps), after_step)
+    return found
+
+
+@pytest.mark.parametrize("basis", ["cpdi1", "cpdi2"])
+@pytest.mark.parametrize("steps", [48, 96])
+def test_stress_in_a_box_that_turns(basis: str, steps: int) -> None:
+    """By 720 degrees: below 0.5 %, below 0.2 % in the first step.
+
+    With the grid's functions in place of the domains' own it is 26 % off; with the prescribed
+    motion at the quadrature points, not where the trace is taken, Newton's first residual is 4.6.
+    """
+    found = errors(basis, "held", 720.0, steps)
+    assert found[0] <= 0.002
+    assert max(found) <= 0.005
+
+
+@pytest.mark.parametrize("basis", ["cpdi1", "cpdi2"])
+def test_stress_in_a_bonded_body_that_turns(basis: str) -> None:
+    """By 180 degrees in 96 steps: below 0.7 %; with the motion at the quadrature points 29 %.
+
+    In steps twice as long the supports of the tractions, which are new in each step, leave 1 %.
+    """
+    assert max(errors(basis, "bonded", 180.0, 96)) <= 0.007
