@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth.arrays import Flags, Floats, Integers, require_table, require_within
-from tilth.comm import from_owners, together
+from tilth.comm import from_owners
 from tilth.curves.chain import BadSurface, Chain, sharp_corners
 from tilth.curves.crossing import find_crossings, require_no_crossing
 from tilth.curves.nearest import NearestPoints
@@ -21,8 +21,9 @@ from tilth.errors import BadInput, StepFailed
 from tilth.model import Body, Model, SurfaceLoad
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
-from tilth.mpm.quadrature import locate_in_cells, near_process, near_soil
+from tilth.mpm.quadrature import near_process
 from tilth.output.snapshot import SurfaceShape
+from tilth.surface.beside_soil import lost_points, moved_with_grid, points_near_soil
 from tilth.surface.outline import AXIS_TOLERANCE, outline
 from tilth.surface.quadrature import SurfaceQuadrature
 from tilth.surface.redistribution import redistribute_points
@@ -243,10 +244,15 @@ class TrackedSurface:
                 current = Chain(x, tracked.current.closed, tracked.current.corner)
             except BadSurface as error:
                 raise StepFailed(f"the surface of {self.name!r}: {error.problem}") from error
-            tracked = replace(tracked, current=current)
-            moved.append(tracked if len(tracked.point_id) else self._redistributed(tracked))
+            moved.append(replace(tracked, current=current))
         crossings = find_crossings([tracked.current for tracked in moved])
-        if len(crossings.position):
+        crosses = len(crossings.position) > 0
+        grows = self._is_loaded or not crosses  # a tangle would grow without end
+        moved = [
+            tracked if len(tracked.point_id) else self._redistributed(tracked, grows)
+            for tracked in moved
+        ]
+        if crosses:
             where = ", ".join(f"{x:.4g}" for x in crossings.position[0])
             return moved, f"the surface of {self.name!r} touches or crosses itself at ({where})"
         return moved, warning
@@ -300,13 +306,13 @@ class TrackedSurface:
         """As `BodySurface.commit`."""
         self.chains = state
 
-    def _redistributed(self, tracked: TrackedChain) -> TrackedChain:
-        """Returns the chain after insertion and merging of points."""
+    def _redistributed(self, tracked: TrackedChain, grows: bool) -> TrackedChain:
+        """Returns the chain after merging of points, and their insertion if it grows."""
         kept = np.zeros(len(tracked.current), dtype=bool)
         kept[tracked.marked] = True
         new = redistribute_points(
             tracked.current,
-            LONGEST_CHORD_RATIO * self._spacing,
+            LONGEST_CHORD_RATIO * self._spacing if grows else np.inf,
             SHORTEST_CHORD_RATIO * self._spacing,
             kept,
         )
@@ -389,49 +395,6 @@ class TrackedSurface:
                 )
             )
         self.chains = chains
-
-
-def moved_with_grid(
-    active: ActiveGrid, position: Floats, displacement: Floats, name: str
-) -> Floats:
-    """Returns positions (n, dim) after the grid's displacement; in empty cells it is extrapolated.
-
-    Each process moves those in its cells; all have the result.
-
-    Args:
-        active: the grid of the step.
-        position: [length], shape (n, dim).
-        displacement: of the nodes [length], shape (nodes, dim).
-        name: name of the body, for messages.
-
-    Raises:
-        StepFailed: a point is more than a cell away from the soil.
-    """
-    field = active.points.field_of_body(name)
-    mine = near_process(active, position)
-    moved = position[mine]
-    with together(active.comm):
-        if not near_soil(active, moved, field).all():
-            raise StepFailed(f"a boundary point of {name!r} left the soil")
-    order, at = locate_in_cells(active, moved, field)
-    moved[order] += at.interpolate(displacement)
-    return from_owners(active.comm, mine, moved)
-
-
-def points_near_soil(active: ActiveGrid, position: Floats, name: str) -> Flags:
-    """Returns which positions (n, dim) of all processes are near the soil of a body, shape (n,)."""
-    mine = near_process(active, position)
-    with together(active.comm):
-        near = near_soil(active, position[mine], active.points.field_of_body(name))
-    return np.asarray(from_owners(active.comm, mine, near.astype(np.float64)) > 0.0)
-
-
-def lost_points(name: str, remedy: str) -> str:
-    """Returns the warning of boundary points that are away from the soil."""
-    return (
-        f"boundary points of {name!r} are more than a cell away from its soil, as on soil that "
-        f"crumbles; its surface, on which no load acts, {remedy}"
-    )
 
 
 def _declared_chains(body: Body, model: Model, spacing: float, key: str) -> list[Chain]:

@@ -18,11 +18,11 @@ from tilth.model.problems import unknown_name
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
 from tilth.output.snapshot import SurfaceShape
+from tilth.surface.beside_soil import lost_points, moved_with_grid, points_near_soil
 from tilth.surface.clipped import ClippedTriangles, area_in_plan, clip_in_plan
 from tilth.surface.outline_3d import outline_3d
 from tilth.surface.quadrature import SurfaceQuadrature
 from tilth.surface.subdivide import subdivide
-from tilth.surface.tracked import lost_points, moved_with_grid, points_near_soil
 from tilth.surface.triangles import Triangles, triangle_rule
 
 LONGEST_EDGE_RATIO = 2.0
