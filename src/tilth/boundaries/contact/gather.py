@@ -23,6 +23,7 @@ from tilth.boundaries.contact.measure import (
     sampled,
 )
 from tilth.boundaries.contact.smoothness import Smoothness, smoothness
+from tilth.boundaries.contact.soil_ends import at_soil_end
 from tilth.boundaries.contact.surface import LOST, CarriedContact, ContactSurface, Touch
 from tilth.boundaries.contact.trace import (
     Trace,
@@ -96,6 +97,7 @@ class NearContact:
         elastic_share: elastic part of the soil's last strain increment [-], shape (n,).
         law: of each point.
         smooth: the soil's surface opposite to them where it is known.
+        at_end: which are in the strip along an end of the soil's face, shape (n,).
     """
 
     boundary: ContactSurface
@@ -109,6 +111,7 @@ class NearContact:
     elastic_share: Floats
     law: ContactLaw
     smooth: Smoothness | None
+    at_end: Flags
 
     def keys(self) -> tuple[Integers, Integers]:
         """Returns the keys of the cells and of the other nodes on which the contact acts."""
@@ -145,6 +148,7 @@ class NearContact:
             law=self.law,
             square=surface.square(chosen),
             turn=surface.turn(before, pose, chosen),
+            at_end=self.at_end,
         )
 
 
@@ -196,6 +200,7 @@ def find_contacts(
                 elastic_share=of_soil[1],
                 law=ContactLaw(*of_soil[2:]),
                 smooth=smooth,
+                at_end=at_soil_end(parts, measured, chosen, surface.cell),
             )
         )
     return found

@@ -122,15 +122,19 @@ class Measured:
         point: material point that owns the soil's surface there, -1 without soil, shape (n,); its
             index in the process that owns the place.
         share: of the point's tributary part that is opposite soil [-], 0 to 1, shape (n,).
+        shift: from the point to the middle of this share [length], shape (n, dim); 0 where it is
+            the whole part, or nothing.
     """
 
     gap: Floats
     point: Integers
     share: Floats
+    shift: Floats
 
     def of(self, chosen: Integers) -> Measured:
         """Returns that of the chosen points, shape (k,)."""
-        return Measured(self.gap[chosen], self.point[chosen], self.share[chosen])
+        gap, point = self.gap[chosen], self.point[chosen]
+        return Measured(gap, point, self.share[chosen], self.shift[chosen])
 
 
 @dataclass(frozen=True)
@@ -185,22 +189,29 @@ def measure(
     share = found.astype(np.float64)
     edge = at_edge(parts.position, found)
     if len(edge) == 0:
-        return Measured(gap, point, share)
+        return Measured(gap, point, share, np.zeros_like(parts.position))
     at_edges = places.of(edge)
     turn = at_edges.own
     own = edge[turn]
     samples = sampled(parts.of(own), DENSE, measure_gap, turn)
     shape = (len(own), DENSE[parts.shape].shape[1])
     of_samples, owner = (each.reshape(shape) for each in (samples.gap, samples.point))
-    own_share = covered(owner >= 0, parts.position.shape[1]).mean(axis=1)
+    opposite = covered(owner >= 0, parts.position.shape[1])
+    own_share = opposite.mean(axis=1)
+    away = samples.position.reshape(*shape, parts.position.shape[1]) - parts.position[own, None]
+    middle = np.einsum("ns,nsi->ni", opposite, away) / shape[1]
+    partly = (own_share > 0.0) & (own_share < 1.0)
+    own_shift = np.where(partly, 1.0 / np.where(partly, own_share, 1.0), 0.0)[:, None] * middle
     nearest = np.where(owner >= 0, of_samples, np.inf).argmin(axis=1)
     rows = np.arange(len(own))
-    partly = ~found[own] & (own_share > 0.0)
+    beside = ~found[own] & (own_share > 0.0)
     nothing = found[own] & (own_share == 0.0)
-    own_gap = np.where(partly, of_samples[rows, nearest], np.where(nothing, np.inf, gap[own]))
-    own_point = np.where(partly, owner[rows, nearest], np.where(nothing, -1, point[own]))
-    share[edge], gap[edge], point[edge] = at_edges.of_all(own_share, own_gap, own_point)
-    return Measured(gap, point, share)
+    own_gap = np.where(beside, of_samples[rows, nearest], np.where(nothing, np.inf, gap[own]))
+    own_point = np.where(beside, owner[rows, nearest], np.where(nothing, -1, point[own]))
+    shift = np.zeros_like(parts.position)
+    of_edge = at_edges.of_all(own_share, own_gap, own_point, own_shift)
+    share[edge], gap[edge], point[edge], shift[edge] = of_edge
+    return Measured(gap, point, share, shift)
 
 
 def at_edge(position: Floats, found: Flags) -> Integers:

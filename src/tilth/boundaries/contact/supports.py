@@ -60,7 +60,12 @@ def surrounded(position: Floats, others: Floats, reach: float) -> Flags:
 
 
 def without_small(
-    owner: Integers, position: Floats, normal: Floats, weight: Floats, size: Floats
+    owner: Integers,
+    position: Floats,
+    normal: Floats,
+    weight: Floats,
+    size: Floats,
+    apart: Flags | None = None,
 ) -> Integers:
     """Returns the multiplier of each point, without those of small supports, numbered anew, (n,).
 
@@ -73,6 +78,7 @@ def without_small(
         normal: unit, shape (n, dim).
         weight: area of each point's part opposite soil [length^(dim - 1)], shape (n,).
         size: of the points' cells [length], shape (n, dim).
+        apart: whether the point's support joins no other one, nor is joined, shape (n,).
     """
     if len(owner) == 0:
         return owner
@@ -82,11 +88,14 @@ def without_small(
     area = np.bincount(owner, weight)
     face = _least_face(owner, size, len(area))
     least = LEAST_AREA * face
+    if apart is None:
+        apart = np.zeros(len(owner), dtype=bool)
+    least[owner[apart]] = 0.0
     small = np.argsort(np.round(area / (EQUAL_AREA * face)), kind="stable")
     for number in small[area[small] < least[small]]:
         if area[number] >= least[number]:  # it has grown
             continue
-        own, others = np.flatnonzero(owner == number), np.flatnonzero(owner != number)
+        own, others = np.flatnonzero(owner == number), np.flatnonzero((owner != number) & ~apart)
         if len(own) == 0 or len(others) == 0:
             continue
         cell = float(size[own].max())

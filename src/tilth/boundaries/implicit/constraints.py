@@ -16,6 +16,7 @@ from tilth.boundaries.contact.between_bodies import NearBodies, find_between_bod
 from tilth.boundaries.contact.body_surface import BodyContactSurface
 from tilth.boundaries.contact.constraint import ContactConstraint
 from tilth.boundaries.contact.gather import NearContact, TouchingSoil, find_contacts
+from tilth.boundaries.contact.soil_ends import at_free_end
 from tilth.boundaries.contact.surface import ContactSurface
 from tilth.boundaries.implicit.band import BandConstraint
 from tilth.boundaries.implicit.constraint import ImplicitConstraint, SurfaceConstraint
@@ -147,6 +148,9 @@ class ImplicitConstraints:
         )
         if constrained is None:
             constrained = np.zeros((active.nodes, active.grid.dim), dtype=bool)
+        contacts = [
+            replace(each, at_end=at_free_end(each, parts, constrained)) for each in contacts
+        ]
         of_surfaces = [part for part in parts if isinstance(part, SurfaceConstraint)]
         multipliers = choose_multipliers(active, [*of_surfaces, *contacts], constrained)
         chosen = iter(multipliers)

@@ -1,0 +1,108 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Where the soil's face ends along a surface: there it has supports of its own.
+
+The resultant of tractions that are constant on supports cannot come nearer to the end of the face
+than the middle of the last support: a block of two cells tips when a third of what its weight bears
+acts on it. A narrow strip along the end that is a support of its own lets it come there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tilth.arrays import Flags, Floats, Integers
+from tilth.boundaries.contact.law import first_slip
+from tilth.boundaries.contact.measure import Measured, SurfaceParts
+from tilth.boundaries.contact.supports import LEAST_COSINE
+
+if TYPE_CHECKING:
+    from tilth.boundaries.contact.constraint import ContactConstraint
+    from tilth.boundaries.implicit.constraint import ImplicitConstraint
+
+STRIP = 0.06
+"""Greatest distance in cells from the end of the soil's face to the middle of a part in the strip.
+It is less than the width of a part, so that the strip has one part or two."""
+
+HELD = 0.5
+"""Distance in cells from a condition that holds the soil within which its face has no end."""
+
+
+def at_soil_end(parts: SurfaceParts, measured: Measured, chosen: Integers, cell: float) -> Flags:
+    """Returns which of the chosen points are in the strip along an end of the soil's face, (k,).
+
+    None in space, where parts are wider than the strip.
+
+    chosen: numbers of points opposite soil. cell: the smallest edge of a cell [length].
+    """
+    found = np.zeros(len(chosen), dtype=bool)
+    share, width = measured.share, np.linalg.norm(parts.tributary[:, 1:], axis=2).max(axis=1)
+    partly = np.flatnonzero((share > 0.0) & (share < 1.0))
+    without = np.flatnonzero(share == 0.0)
+    if parts.position.shape[1] == 3 or len(chosen) == 0 or len(partly) + len(without) == 0:
+        return found
+    length = np.linalg.norm(measured.shift[partly], axis=1)
+    inward = measured.shift[partly] / np.where(length > 0.0, length, 1.0)[:, None]
+    middle = parts.position + measured.shift
+    within = 0.5 * share * width  # from the middle of a share to the end
+    end = middle[partly] - within[partly, None] * inward
+    distance = np.where(share[chosen] < 1.0, within[chosen], np.inf)
+    for place, normal, nearer in (
+        (end, parts.normal[partly], np.zeros(len(partly))),
+        (parts.position[without], parts.normal[without], 0.5 * width[without]),
+    ):
+        distance = np.minimum(
+            distance, _nearest(place, normal, nearer, middle[chosen], parts.normal[chosen])
+        )
+    return np.asarray(distance <= STRIP * cell)
+
+
+def _nearest(
+    place: Floats, normal: Floats, nearer: Floats, position: Floats, own: Floats
+) -> Floats:
+    """Returns the distances of positions (k, dim) from the nearest place with a similar normal.
+
+    nearer: by how much each place, shape (m,), counts as nearer [length].
+    """
+    from scipy.spatial import cKDTree
+
+    if len(place) == 0:
+        return np.full(len(position), np.inf)
+    distance, found = cKDTree(place).query(position)
+    alike = np.einsum("ki,ki->k", normal[found], own) >= LEAST_COSINE
+    return np.where(alike, distance - nearer[found], np.inf)
+
+
+def at_free_end(
+    part: ContactConstraint, held: Sequence[ImplicitConstraint], constrained: Flags
+) -> Flags:
+    """Returns which points of the strip have a support of their own, shape (n,).
+
+    None where conditions hold the soil: at a wall, or in a plane of symmetry, the face goes on as
+    by a reflection. Nor where the soil slides, so that other points come to the end in each step.
+
+    held: boundaries that hold soil. constrained: prescribed components of nodes, (nodes, dim).
+    """
+    found = part.at_end & ~_slides(part)
+    if not found.any():
+        return found
+    along = 1.0 - part.pose.normal**2
+    nodes = constrained[part.at.node].any(axis=1)[part.at.cell]
+    found &= (nodes * along).max(axis=1) < 0.5
+    for other in held:
+        from scipy.spatial import cKDTree
+
+        near = np.flatnonzero(found)
+        distance, _ = cKDTree(other.pose.position).query(part.pose.position[near])
+        found[near[distance <= HELD * float(part.at.size.min())]] = False
+    return found
+
+
+def _slides(part: ContactConstraint) -> Flags:
+    """Returns which points slid at the end of the last step, shape (n,)."""
+    normal, traction = part.pose.normal, part.before
+    pressed = np.einsum("ni,ni->n", normal, traction)
+    shear = np.linalg.norm(traction - pressed[:, None] * normal, axis=1)
+    return np.asarray(first_slip(part.law, np.stack([pressed, shear], axis=1)).any(axis=1))
