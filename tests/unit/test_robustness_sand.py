@@ -21,10 +21,6 @@ from tilth.verification.march import march
 
 FEW, MANY = 18, 200
 """Problems in every run of the tests, and in the long ones."""
-KNOWN = {
-    190: "a wall that goes away, standard MPM: contact does not settle at 0.8 of 0.1 of its height",
-}
-"""Those that stop, and where."""
 UNQUIET = {62, 84, 92, 104, 151, 193}
 """Those that move by up to 1.5 % when nothing changes, or by up to 8e-4 in the last step."""
 LET_GO, STILL = 0.01, 1e-4
@@ -46,11 +42,9 @@ def ends(model: Model) -> list[float]:
 
 @pytest.mark.parametrize(
     "seed",
-    [each if each < FEW and each not in KNOWN else long(each) for each in range(MANY)],
+    [each if each < FEW else long(each) for each in range(MANY)],
 )
 def test_it_runs_to_its_end_and_stands(seed: int) -> None:
-    if seed in KNOWN:
-        pytest.xfail(KNOWN[seed])
     if seed in UNQUIET:
         pytest.xfail("it moves on in steps in which nothing changes (decision 43)")
     problem = sand_problem(seed)

@@ -86,6 +86,8 @@ MISSED = (
     _short("rigid_sphere", f"{APART}, h D/8 and D/12", 0.202725),
     _long("rigid_sphere", f"{APART}, h D/8 and D/20", 0.200875),
     _long("rigid_sphere", f"{ROUGHNESS}, 3D, h D/10", 0.013),
+    _long("spudcan_sand_over_clay", "drop of the resistance after its peak, h D/16", 0.00528552),
+    _long("spudcan_sand_over_clay", "peak resistance, h D/8", 0.218243),
     _long("cone_penetration", f"{ROUGHNESS}, 3D", 0.0207119),
     _long("cone_penetration", "force at * m, the farthest apart, 3D and axisymmetric", 0.158933),
 )
