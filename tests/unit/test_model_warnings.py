@@ -11,6 +11,7 @@ import pytest
 from implicit_blocks import flat, implicit
 from mesh_bodies import distorted_mesh
 from small_problems import affine, block_entries, material_entries, plane, rollers, weight
+from turned_blocks import turned_block
 
 import tilth
 from tilth import BadInput, Model, run
@@ -246,3 +247,12 @@ def test_check_refuses_what_a_run_refuses() -> None:
     model = Model.from_dict(entries(boundaries=[plane("base", "y", 0.0), plane("m", "x", 9.0)]))
     with pytest.raises(BadInput, match="not constrained against translation along x"):
         tilth.check(model)
+
+
+@pytest.mark.parametrize(("basis", "angle", "warned"), [
+    ("gimp", 25.0, True), ("gimp", 20.0, False), ("cpdi2", 25.0, False),
+])  # fmt: skip
+@pytest.mark.parametrize("holder", ["held", "bonded"])
+def test_soil_in_boxes_that_is_turned(holder: str, basis: str, angle: float, warned: bool) -> None:
+    checked = tilth.check(turned_block(basis, holder, angle, 10))
+    assert any("the boxes of GIMP" in text for text in checked.warnings) == warned

@@ -33,6 +33,7 @@ from tilth.model import (
 from tilth.model.boundaries import Boundary
 from tilth.model.geometry_base import DeclaredGeometry
 from tilth.model.loads import Load
+from tilth.model.rigid_bodies import RigidBody
 from tilth.mpm.grid import Grid
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.shear_strength import shear_strength
@@ -51,6 +52,9 @@ soil has 50 to 2000, and at 10 it yields at a shear strain of about 0.3."""
 LEAST_RADIUS = 4.0
 """Least radius of a curved boundary, in cells, for which results were compared with others
 (examples/buried_pipe, examples/rigid_sphere)."""
+
+LARGEST_TURN = 20.0
+"""Turn of what holds soil [degrees] up to which the boxes of GIMP stand for its domains."""
 
 _STAGE = re.compile(r": in the stage '[^']*': ")
 
@@ -92,6 +96,7 @@ def _warnings_of(simulation: Simulation, in_advance: bool) -> Iterator[tuple[str
         simulation.contact_surfaces, model.stage.begins, points, simulation.grid
     )
     yield from _small_radii(model, points, simulation.grid)
+    yield from _turned_boxes(model)
     yield from _thin_or_sparse(points, simulation.grid)
     yield from _one_step(model)
     yield from _jumps(model)
@@ -317,6 +322,39 @@ def _small_radii(model: Model, points: MaterialPoints, grid: Grid) -> Iterator[t
                     f"{radius / edge:.2g} cells; contact averages its stresses over about a cell; "
                     f"cells of {radius / LEAST_RADIUS:.3g} or less resolve it",
                 )
+
+
+def _turned_boxes(model: Model) -> Iterator[tuple[str, str]]:
+    """Boundaries and rigid bodies that turn soil whose domains do not turn with it."""
+    names = ", ".join(repr(body.name) for body in model.bodies if body.basis == "gimp")
+    for key, what, turn in _turns(model) if names else ():
+        if turn > LARGEST_TURN * (1.0 + ROUND_OFF):
+            yield (
+                f"turn of {key}",
+                f"{key}: {what} holds soil and turns by {turn:.4g} degrees, but the boxes of GIMP "
+                f"(bodies {names}) do not turn with the soil: in a box that turned by 180 degrees "
+                "the stress in the corners was 3 % off (docs/theory/implicit_boundaries.md); "
+                'basis = "cpdi2" turns with it',
+            )
+
+
+def _turns(model: Model) -> Iterator[tuple[str, str, float]]:
+    """Key, name and largest turn [degrees] of what holds soil and turns by a prescribed motion."""
+    for i, boundary in enumerate(model.boundaries):
+        if isinstance(boundary, ImplicitBoundary) and boundary.rotation is not None:
+            factors = [1.0] if boundary.factor is None else [each for _, each in boundary.factor]
+            turn = abs(boundary.rotation.angle) * max(map(abs, factors))
+            yield f"boundaries[{i}].rotation", f"the boundary {boundary.name!r}", turn
+    end = model.schedule.end
+    times = np.linspace(0.0, end, 101)
+    for i, body in enumerate(model.rigid_bodies):
+        if body.contact.normal != "bilateral":
+            continue
+        components = RigidBody.components(model.dimension, model.analysis.kind)
+        turns = [name for name in components if name.startswith("rotation")]
+        angles = [[body.prescribed(name, time, end) or 0.0 for name in turns] for time in times]
+        turn = float(np.degrees(np.linalg.norm(angles, axis=1).max(initial=0.0)))
+        yield f"rigid_bodies[{i}].rotation", f"the rigid body {body.name!r}", turn
 
 
 def _edge_near(

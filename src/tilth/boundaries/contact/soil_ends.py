@@ -95,7 +95,7 @@ def at_free_end(
         from scipy.spatial import cKDTree
 
         near = np.flatnonzero(found)
-        distance, _ = cKDTree(other.pose.position).query(part.pose.position[near])
+        distance = cKDTree(other.pose.position).query(part.pose.position[near])[0]
         found[near[distance <= HELD * float(part.at.size.min())]] = False
     return found
 
