@@ -56,7 +56,8 @@ std::tuple<std::int64_t, std::int64_t> stress_update(
     const std::string& kind_name, nb::handle material, ConstDoubles parameters,
     nb::handle stencil_handle, ConstDoubles displacement, ConstDoubles position,
     ConstDoubles elastic_before, ConstDoubles plastic_before, ConstDoubles state_before,
-    Doubles elastic, Doubles plastic, Doubles state, Doubles response, nb::handle centres_handle) {
+    Doubles elastic, Doubles plastic, Doubles state, Doubles response, nb::handle centres_handle,
+    ConstFlags torn_off, Flags kept) {
   const StencilView stencil(stencil_handle);
   const CentresView centres(centres_handle);
   const std::int64_t n = stencil.points(), width = columns_of(state, "state");
@@ -73,10 +74,22 @@ std::tuple<std::int64_t, std::int64_t> stress_update(
   require_size(elastic, 6 * n, "elastic");
   require_size(plastic, 2 * n, "plastic");
   require_size(response, response_size(kind_name) * n, "response");
-  const kernel::StressArrays arrays{
-      position.data(),     elastic_before.data(), plastic_before.data(),
-      state_before.data(), elastic.data(),        plastic.data(),
-      state.data(),        response.data(),       width};
+  const bool tears = size_of(torn_off) > 0;
+  if (tears) {
+    require_size(torn_off, n, "torn_off");
+    require_size(kept, n, "kept");
+  }
+  const kernel::StressArrays arrays{position.data(),
+                                    elastic_before.data(),
+                                    plastic_before.data(),
+                                    state_before.data(),
+                                    elastic.data(),
+                                    plastic.data(),
+                                    state.data(),
+                                    response.data(),
+                                    width,
+                                    tears ? torn_off.data() : nullptr,
+                                    tears ? kept.data() : nullptr};
   const CheckedLaw checked = checked_law(material, parameters, n, width);
   kernel::Failure failure;
   nb::gil_scoped_release release;
@@ -300,7 +313,7 @@ auto current_volumes(ConstDoubles deformation_gradient, ConstDoubles initial_vol
 void advance(const std::string& kind_name, nb::handle stencil_handle, ConstDoubles displacement,
              ConstDoubles position, ConstDoubles response, ConstDoubles plastic_before,
              ConstDoubles plastic_after, Doubles last_gradient, Doubles deformation_gradient,
-             Doubles cauchy, Doubles elastic_share, double forgotten_strain) {
+             Doubles cauchy, Doubles elastic_share, double forgotten_strain, ConstFlags kept) {
   const StencilView stencil(stencil_handle);
   const std::int64_t n = stencil.points();
   stencil.require_kind(kind_name);
@@ -315,10 +328,13 @@ void advance(const std::string& kind_name, nb::handle stencil_handle, ConstDoubl
   require_size(deformation_gradient, 9 * n, "deformation_gradient");
   require_size(cauchy, 6 * n, "cauchy");
   require_size(elastic_share, n, "elastic_share");
-  const kernel::ConvergedArrays arrays{
-      position.data(),      response.data(),      plastic_before.data(),
-      plastic_after.data(), last_gradient.data(), deformation_gradient.data(),
-      cauchy.data(),        elastic_share.data(), forgotten_strain};
+  const bool tears = size_of(kept) > 0;
+  if (tears) require_size(kept, n, "kept");
+  const kernel::ConvergedArrays arrays{position.data(),       response.data(),
+                                       plastic_before.data(), plastic_after.data(),
+                                       last_gradient.data(),  deformation_gradient.data(),
+                                       cauchy.data(),         elastic_share.data(),
+                                       forgotten_strain,      tears ? kept.data() : nullptr};
   nb::gil_scoped_release release;
   with_kind(kind_name, [&](auto kind) {
     kernel::advance<decltype(kind)>(stencil, displacement.data(), arrays);
@@ -368,9 +384,10 @@ void bind_points(nb::module_& module) {
   module.def("stress_update", &stress_update, "kind"_a, "material"_a, "parameters"_a, "stencil"_a,
              "displacement"_a, "position"_a, "elastic_before"_a, "plastic_before"_a,
              "state_before"_a, "elastic"_a, "plastic"_a, "state"_a, "response"_a,
-             nb::arg("centres").none(),
+             nb::arg("centres").none(), "torn_off"_a, "kept"_a,
              "Stress update of all points; returns (point, status): (-1, 0) or the first failure "
-             "(status 1: inverted, 2: return mapping).");
+             "(status 1: inverted, 2: return mapping). Points that are torn_off may keep their "
+             "shape; it fills kept. Both are empty if none is.");
   module.def("internal_force", &internal_force, "kind"_a, "stencil"_a, "volume"_a, "position"_a,
              "response"_a, "force"_a, nb::arg("centres").none(),
              "Adds the internal force to force (nodes, dim).");
@@ -408,7 +425,7 @@ void bind_points(nb::module_& module) {
   module.def("advance", &advance, "kind"_a, "stencil"_a, "displacement"_a, "position"_a,
              "response"_a, "plastic_before"_a, "plastic_after"_a, "last_gradient"_a,
              "deformation_gradient"_a, "cauchy"_a, "elastic_share"_a, "forgotten_strain"_a,
-             "Updates the points' arrays after a converged step with this displacement.");
+             "kept"_a, "Updates the points' arrays after a converged step with this displacement.");
   module.def("stretch_domains", &stretch_domains, "kind"_a, "rule"_a, "deformation_gradient"_a,
              "initial_half_length"_a, "half_length"_a,
              "Half lengths of domains from the deformation gradient.");

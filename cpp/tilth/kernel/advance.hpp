@@ -31,6 +31,7 @@ struct ConvergedArrays {
   double* cauchy;                // (n, 6)
   double* elastic_share;         // (n) of the last deviatoric strain
   double forgotten_strain;       // over which the share before it is forgotten
+  const bool* kept;              // (n) torn-off points that keep their shape; null if none can
 };
 
 /// Share of the last deviatoric strain that was elastic; `plastic` is the step's increment of
@@ -57,7 +58,10 @@ void advance(const Stencil& stencil, const double* displacement, const Converged
   constexpr int dim = K::dim;
   const auto* response = reinterpret_cast<const Response<K>*>(arrays.response);
   for_displacement_gradients<K>(stencil, displacement, arrays.position,
-                                [&](std::int64_t /*group*/, std::int64_t p, const double h[3][3]) {
+                                [&](std::int64_t /*group*/, std::int64_t p, const double g[3][3]) {
+                                  const bool kept = arrays.kept != nullptr && arrays.kept[p];
+                                  double h[3][3] = {};
+                                  for (int i = 0; i < 3 && !kept; ++i) std::copy_n(g[i], 3, h[i]);
                                   double before[3][3], f[3][3], inverse[3][3];
                                   double* gradient = arrays.deformation_gradient + 9 * p;
                                   for (int i = 0; i < 3; ++i)

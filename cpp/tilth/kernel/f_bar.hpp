@@ -145,6 +145,12 @@ double volumetric_stretch(const Centres& centres, std::int64_t group, std::int64
   return excess / (1.0 + root + root * root);
 }
 
+/// Fills `jacobian_ratio` and `jacobian` of a point that keeps its shape in the step.
+inline void keep_volume(const Centres& centres, std::int64_t p) {
+  centres.jacobian_ratio[p] = centres.jacobian_ratio_before[p];
+  centres.jacobian[p] = 1.0;
+}
+
 /// Replaces the displacement gradient by that of dF_bar.
 template <class K, class T>
 void stretch_gradient(const T& stretch_minus_one, T h[3][3]) {

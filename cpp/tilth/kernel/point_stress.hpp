@@ -17,16 +17,22 @@ namespace tilth::kernel {
 
 /// State of the points at the start of the step and for the trial displacement.
 struct StressArrays {
-  const double* position;        // (n, dim), for the radius
-  const double* elastic_before;  // (n, 6) elastic left Cauchy-Green tensor less the identity
-  const double* plastic_before;  // (n, 2) equivalent plastic strain, dissipation density
-  const double* state_before;    // (n, state_width) internal variables of the material
-  double* elastic;               // (n, 6)
-  double* plastic;               // (n, 2)
-  double* state;                 // (n, state_width)
-  double* response;              // (n, response_size)
-  std::int64_t state_width;      // columns of the state arrays, at least state_count
+  const double* position;          // (n, dim), for the radius
+  const double* elastic_before;    // (n, 6) elastic left Cauchy-Green tensor less the identity
+  const double* plastic_before;    // (n, 2) equivalent plastic strain, dissipation density
+  const double* state_before;      // (n, state_width) internal variables of the material
+  double* elastic;                 // (n, 6)
+  double* plastic;                 // (n, 2)
+  double* state;                   // (n, state_width)
+  double* response;                // (n, response_size)
+  std::int64_t state_width;        // columns of the state arrays, at least state_count
+  const bool* torn_off = nullptr;  // (n) torn off at an edge of the soil; null if none is
+  bool* kept = nullptr;            // (n) which of them keep their shape; null with torn_off
 };
+
+/// Whether a point that is torn off keeps its shape in the step: it bears nothing, and would be
+/// pressed to less than half its volume, or turned inside out. Also where F-bar has no volume.
+inline bool keeps_shape(const double h[3][3]) { return !(jacobian_minus_one(h) > -0.5); }
 
 enum class PointStatus : std::int64_t { good = 0, inverted = 1, return_mapping = 2 };
 

@@ -48,12 +48,23 @@ Failure stress_update(const Stencil& stencil, const material::PointLaw& law,
     for_displacement_gradients_of_team<K>(
         stencil, displacement, arrays.position,
         [&](std::int64_t g, std::int64_t p, const double h[3][3]) {
+          const bool torn_off = arrays.torn_off != nullptr && arrays.torn_off[p];
+          bool kept = torn_off && keeps_shape(h);
           double stretch = 0.0;
-          if (centres != nullptr)
+          if (centres != nullptr && !kept) {
             stretch = volumetric_stretch<K>(*centres, g,
                                             centres->first_share(g, p - stencil.start[g]), h, p);
-          if (!(stretch > -1.0)) return fail(p, PointStatus::inverted);
-          batch.add(p, h, stretch);
+            kept = torn_off && !(stretch > -1.0);
+          }
+          if (arrays.kept != nullptr) arrays.kept[p] = kept;
+          if (kept) {
+            constexpr double none[3][3] = {};
+            if (centres != nullptr) keep_volume(*centres, p);
+            batch.add(p, none, 0.0);
+          } else {
+            if (!(stretch > -1.0)) return fail(p, PointStatus::inverted);
+            batch.add(p, h, stretch);
+          }
           if (batch.size == lane_count)
             update_batch<K>(law, batch, arrays, centres != nullptr, fail);
         });

@@ -20,6 +20,7 @@ from tilth.mpm.f_bar import Centres
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.plastic_volumes import PlasticVolumes, with_volume_change
 from tilth.mpm.points import ElasticModuli, MaterialPoints
+from tilth.mpm.torn_off import torn_off
 from tilth.timers import Timers
 
 INVERTED = 1
@@ -108,6 +109,10 @@ class Soil:
                 else None
                 for body, stencil in zip(points.bodies, active.stencils, strict=True)
             ]
+        self._torn_off = torn_off(points)
+        if not self._torn_off.any():
+            self._torn_off = np.zeros(0, dtype=bool)
+        self._kept = np.zeros_like(self._torn_off)
         self._plastic_volumes = PlasticVolumes(points, self._centres, own, active.comm)
         self.past: PastFlow | None = None
 
@@ -155,6 +160,7 @@ class Soil:
                     self.kind, body.law.core, points.parameters_of(body), stencil, displacement,
                     points.position[s], elastic[s], plastic[s], state[s],
                     trial.elastic[s], trial.plastic[s], trial.state[s], trial.response[s], centres,
+                    self._torn_off[s], self._kept[s],
                 )  # fmt: skip
                 if status:
                     number = int(points.point_id[body.start + point])
@@ -303,6 +309,8 @@ class Soil:
                     self.kind, stencil, displacement, points.position[s], determinant[s],
                     inverse[s],
                 )  # fmt: skip
+        kept = np.flatnonzero(self._kept)
+        determinant[kept], inverse[kept] = 1.0, np.eye(3)
         return determinant, inverse
 
     def add_force_derivative(
@@ -350,7 +358,7 @@ class Soil:
                     self.kind, stencil, displacement, part.position, trial.response[s],
                     part.plastic, trial.plastic[s], part.last_gradient,
                     part.deformation_gradient, part.stress, part.elastic_share,
-                    body.forgotten_strain,
+                    body.forgotten_strain, self._kept[s],
                 )  # fmt: skip
                 _core.interpolate(stencil, displacement, part.last_displacement)
             for number, (corner, shift) in domains.items():
