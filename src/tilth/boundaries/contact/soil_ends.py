@@ -85,11 +85,11 @@ def at_free_end(
 
     held: boundaries that hold soil. constrained: prescribed components of nodes, (nodes, dim).
     """
-    found = np.asarray(part.at_end & ~_slides(part))
+    found = part.at_end & ~_slides(part)
     if not found.any():
         return found
     along = 1.0 - part.pose.normal**2
-    nodes = constrained[part.at.node].any(axis=1)[part.at.cell]
+    nodes = np.asarray(constrained[part.at.node].any(axis=1))[part.at.cell]
     found[(nodes * along).max(axis=1) >= 0.5] = False
     for other in held:
         from scipy.spatial import cKDTree
