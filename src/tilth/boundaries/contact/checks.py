@@ -103,18 +103,19 @@ def require_not_passed(
     """Checks that a step takes no material point through a surface.
 
     Contact holds soil that is within a cell of a surface at the start of a step. Points that are
-    torn off may pass: they bear nothing, and fall however short the step is. contacts: those of the
-    step. moved: positions at the end [length], shape (n, dim).
+    torn off may pass by less than a cell: they bear nothing, and fall however short the step is.
+    contacts: those of the step. moved: positions at the end [length], shape (n, dim).
 
     Raises:
         StepFailed: a point is behind the surface that was not before.
     """
-    intact = ~torn_off(points)
+    way = np.linalg.norm(moved - points.position, axis=1)
+    torn = torn_off(points)
     for surface in surfaces:
         if surface.quadrature is None:
             continue
         near = _near(surface, moved, after)
-        near = near[intact[near]]
+        near = near[~torn[near] | (way[near] >= surface.cell)]
         now = surface.distance(moved[near], after) / surface.cell
         behind = np.flatnonzero(now < -UNSEEN)
         if len(behind) == 0:

@@ -85,9 +85,9 @@ def at_free_end(
 
     held: boundaries that hold soil. constrained: prescribed components of nodes, (nodes, dim).
     """
+    if not part.at_end.any():
+        return part.at_end
     found = part.at_end & ~_slides(part)
-    if not found.any():
-        return found
     along = 1.0 - part.pose.normal**2
     nodes = np.asarray(constrained[part.at.node].any(axis=1))[part.at.cell]
     found[(nodes * along).max(axis=1) >= 0.5] = False
