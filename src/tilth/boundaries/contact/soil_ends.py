@@ -2,8 +2,9 @@
 """Where the soil's face ends along a surface: there it has supports of its own.
 
 The resultant of tractions that are constant on supports cannot come nearer to the end of the face
-than the middle of the last support: a block of two cells tips when a third of what its weight bears
-acts on it. A narrow strip along the end that is a support of its own lets it come there.
+than the middle of the last support: a block of two cells tipped under 0.71 of the force that tips
+it. A narrow strip along the end that is a support of its own lets the resultant come there
+(docs/decisions/0046-ends-of-the-face.md).
 """
 
 from __future__ import annotations
