@@ -57,7 +57,7 @@ def test_stress_in_a_bonded_body_that_turns(basis: str) -> None:
 
 @pytest.mark.parametrize("basis", [pytest.param("cpdi1", marks=pytest.mark.slow), "cpdi2"])
 def test_stress_in_a_box_that_turns_in_space(basis: str) -> None:
-    """By 180 degrees in 12 steps about an axis oblique to it; with the grid's functions 25 % off."""
+    """By 180 degrees in 12 steps; the axis is oblique to it. With the grid's functions 25 % off."""
     found = []
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
