@@ -27,6 +27,11 @@ STRIP = 0.06
 """Greatest distance in cells from the end of the soil's face to the middle of a part in the strip.
 It is less than the width of a part, so that the strip has one part or two."""
 
+AROUND, LEAST_RATIO = 2.0, 1.5
+"""Distance in cells within which contact has a mean pressure, and the pressure at the end over it
+from which on the strip is a support of its own [-]. Where the pressure is uniform there is none: in
+so narrow a strip it would be inexact by some percent."""
+
 HELD = 0.5
 """Distance in cells from a condition that holds the soil within which its face has no end."""
 
@@ -82,13 +87,14 @@ def at_free_end(
     """Returns which points of the strip have a support of their own, shape (n,).
 
     None where conditions hold the soil: at a wall, or in a plane of symmetry, the face goes on as
-    by a reflection. Nor where the soil slides, so that other points come to the end in each step.
+    by a reflection. Nor where the soil slides, so that other points come to the end in each step,
+    nor where the pressure is not greatest at the end: the resultant is not near it.
 
     held: boundaries that hold soil. constrained: prescribed components of nodes, (nodes, dim).
     """
     if not part.at_end.any():
         return part.at_end
-    found = part.at_end & ~_slides(part)
+    found = part.at_end & _presses(part)
     along = 1.0 - part.pose.normal**2
     nodes = np.asarray(constrained[part.at.node].any(axis=1))[part.at.cell]
     found[(nodes * along).max(axis=1) >= 0.5] = False
@@ -101,9 +107,20 @@ def at_free_end(
     return found
 
 
-def _slides(part: ContactConstraint) -> Flags:
-    """Returns which points slid at the end of the last step, shape (n,)."""
-    normal, traction = part.pose.normal, part.before
+def _presses(part: ContactConstraint) -> Flags:
+    """Returns which points did not slide in the last step, and pressed more than those around."""
+    from scipy.spatial import cKDTree
+
+    normal, traction, position = part.pose.normal, part.before, part.pose.position
     pressed = np.einsum("ni,ni->n", normal, traction)
     shear = np.linalg.norm(traction - pressed[:, None] * normal, axis=1)
-    return np.asarray(first_slip(part.law, np.stack([pressed, shear], axis=1)).any(axis=1))
+    slides = first_slip(part.law, np.stack([pressed, shear], axis=1)).any(axis=1)
+    found = np.zeros(len(pressed), dtype=bool)
+    reach = AROUND * float(part.at.size.min())
+    tree = cKDTree(position)
+    for point in np.flatnonzero(part.at_end & ~slides & (pressed < 0.0)):
+        near = np.array(tree.query_ball_point(position[point], reach))
+        near = near[normal[near] @ normal[point] >= LEAST_COSINE]
+        area = part.area[near]
+        found[point] = -pressed[point] * area.sum() >= LEAST_RATIO * (-pressed[near] @ area)
+    return found
