@@ -93,6 +93,7 @@ class BodyContact(ContactConstraint):
             measured=self.measured[order],
             law=self.law.of(order),
             turn=self.turn[order],
+            at_end=self.at_end[order],
         )
         return [self, opposite]
 
@@ -156,6 +157,7 @@ class NearBodies:
             measured=self.gap,
             law=self.law,
             turn=self.frame,
+            at_end=np.zeros(len(position), dtype=bool),
             own=self.own_cells.at(active),
             own_order=self.own_order,
         )

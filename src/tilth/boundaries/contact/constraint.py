@@ -69,7 +69,7 @@ class ContactConstraint(PointsNearSoil):
         measured: gaps as measured [length], shape (n,).
         law: of each point.
         turn: rotations of what is carried to the middle of the step, shape (n, dim, dim).
-        at_end: which are in the strip along an end of the soil's face, shape (n,); none if empty.
+        at_end: which are in the strip along an end of the soil's face, shape (n,).
         owner: multiplier of each point, shape (n,); empty before they are selected.
     """
 
@@ -79,7 +79,7 @@ class ContactConstraint(PointsNearSoil):
     measured: Floats
     law: ContactLaw
     turn: Floats
-    at_end: Flags = field(default_factory=lambda: np.zeros(0, dtype=bool))
+    at_end: Flags
     owner: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
     @property
@@ -126,15 +126,14 @@ class ContactConstraint(PointsNearSoil):
         """
         pose, size = self.pose, self.at.size[self.at.cell]
         own = field[self.at.node[:, 0]][self.at.cell]
-        at_end = self.at_end if len(self.at_end) else np.zeros(len(owner), dtype=bool)
-        owner = np.unique(2 * owner + at_end, return_inverse=True)[1]
+        owner = np.unique(2 * owner + self.at_end, return_inverse=True)[1]
         joined = owner.copy()
         for number in np.unique(own):
             of = own == number
             first = int(owner[of].min())
             joined[of] = first + without_small(
                 owner[of] - first, pose.position[of], pose.normal[of], self.area[of], size[of],
-                at_end[of],
+                self.at_end[of],
             )  # fmt: skip
         joined = np.unique(joined, return_inverse=True)[1]
         sliver = is_sliver(joined, self.area, size)
@@ -171,7 +170,7 @@ class ContactConstraint(PointsNearSoil):
             law=self.law.of(kept),
             square=self.square[kept],
             turn=self.turn[kept],
-            at_end=self.at_end[kept] if len(self.at_end) else self.at_end,
+            at_end=self.at_end[kept],
         )
 
     def store(self, traction: Floats, closed: Flags, gap: Floats) -> None:

@@ -131,8 +131,10 @@ class NearContact:
         if smooth is not None:
             pose = replace(pose, normal=smooth.of(chosen).normals(pose.normal, surface.cell))
         at = self.cells.at(active)
-        trace = trace_in_cells(at) if self.trace is None else self.trace.on(active)
-        if self.trace is not None:
+        if self.trace is None:
+            trace = trace_in_cells(at)
+        else:
+            trace = self.trace.on(active)
             pose = _where_taken(pose, trace.interpolate(active.position))
         return ContactConstraint(
             boundary=surface,
@@ -368,5 +370,4 @@ def _where_taken(pose: Pose, position: Floats) -> Pose:
     """
     away = position - pose.position
     along = away - np.einsum("ni,ni->n", away, pose.normal)[:, None] * pose.normal
-    moved = np.einsum("nij,nj->ni", pose.gradient, along)
-    return replace(pose, position=pose.position + along, increment=pose.increment + moved)
+    return replace(pose, position=pose.position + along, increment=pose.increment_at(along))

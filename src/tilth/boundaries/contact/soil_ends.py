@@ -43,12 +43,12 @@ def at_soil_end(parts: SurfaceParts, measured: Measured, chosen: Integers, cell:
 
     chosen: numbers of points opposite soil. cell: the smallest edge of a cell [length].
     """
-    found = np.zeros(len(chosen), dtype=bool)
-    share, width = measured.share, np.linalg.norm(parts.tributary[:, 1:], axis=2).max(axis=1)
+    share = measured.share
+    if parts.position.shape[1] == 3 or len(chosen) == 0 or (share == 1.0).all():
+        return np.zeros(len(chosen), dtype=bool)
     partly = np.flatnonzero((share > 0.0) & (share < 1.0))
     without = np.flatnonzero(share == 0.0)
-    if parts.position.shape[1] == 3 or len(chosen) == 0 or len(partly) + len(without) == 0:
-        return found
+    width = np.linalg.norm(parts.tributary[:, 1], axis=1)
     length = np.linalg.norm(measured.shift[partly], axis=1)
     inward = measured.shift[partly] / np.where(length > 0.0, length, 1.0)[:, None]
     middle = parts.position + measured.shift
@@ -92,6 +92,8 @@ def at_free_end(
 
     held: boundaries that hold soil. constrained: prescribed components of nodes, (nodes, dim).
     """
+    from scipy.spatial import cKDTree
+
     if not part.at_end.any():
         return part.at_end
     found = part.at_end & _presses(part)
@@ -99,8 +101,6 @@ def at_free_end(
     nodes = np.asarray(constrained[part.at.node].any(axis=1))[part.at.cell]
     found[(nodes * along).max(axis=1) >= 0.5] = False
     for other in held:
-        from scipy.spatial import cKDTree
-
         near = np.flatnonzero(found)
         distance = cKDTree(other.pose.position).query(part.pose.position[near])[0]
         found[near[distance <= HELD * float(part.at.size.min())]] = False

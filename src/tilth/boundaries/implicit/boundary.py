@@ -79,6 +79,13 @@ class Pose:
     projector: Floats
     rotation: tuple[Floats, Floats] | None
 
+    def increment_at(self, offset: Floats) -> Floats:
+        """Returns the prescribed displacement beside the points [length], shape (n, dim).
+
+        offset: from the points [length], shape (n, dim).
+        """
+        return np.asarray(self.increment + np.einsum("nij,nj->ni", self.gradient, offset))
+
     def of(self, kept: Flags | Integers) -> Pose:
         """Returns that of the points `kept`, flags of shape (n,) or numbers in their new order."""
         rotation = self.rotation

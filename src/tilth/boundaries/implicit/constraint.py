@@ -135,8 +135,7 @@ class SurfaceConstraint(ImplicitConstraint):
         """Prescribed displacement where the soil's is taken [length], shape (n, dim)."""
         if self.offset is None:
             return self.pose.increment
-        moved = np.einsum("nij,nj->ni", self.pose.gradient, self.offset)
-        return np.asarray(self.pose.increment + moved)
+        return self.pose.increment_at(self.offset)
 
     def nodal_force(self, carried: Floats, nodes: int) -> Floats:
         """As `ImplicitConstraint.nodal_force`."""
