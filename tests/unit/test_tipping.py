@@ -3,61 +3,24 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 import pytest
-from implicit_blocks import flat
+from standing_blocks import GRAVITY, SLENDERNESS, standing_block
 
 from tilth import Model, TilthError
 from tilth.verification.march import march
 
-SLENDERNESS, GRAVITY = 3.0, 10.0
-"""Height over width 1 [-]; it tips at a third of its weight along the base."""
-
 
 def block(cells: int, basis: str, turn: float, share: float) -> Model:
     """A stiff block of so many cells; its weight acts first, then a share of it along the base."""
-    angle, corner = np.radians(turn), [0.07, 0.05]
-    along, normal = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
-    contact = {"normal": "unilateral", "tangential": "friction", "friction": 1.0}
-    entries: dict[str, Any] = {
-        "analysis": {"kind": "plane_strain"},
-        "grid": {"cell_size": 1.0 / cells},
-        "materials": {
-            "rock": {
-                "model": "hencky_elastic", "young_modulus": 1e9, "poisson_ratio": 0.2,
-                "density": 2000.0,
-            }
-        },
-        "bodies": [
-            {
-                "name": "block", "material": "rock", "basis": basis, "points_per_cell": 2,
-                "shape": {
-                    "type": "box", "lower": corner, "angle": turn,
-                    "upper": [corner[0] + 1.0, corner[1] + SLENDERNESS],
-                },
-            }
-        ],
-        "boundaries": [
-            {
-                "name": "plane", "type": "implicit", "geometry": flat(corner, normal.tolist()),
-                "contact": contact, "wished_in_place": True,
-            }
-        ],
-        "loads": [
-            {
-                "type": "body_force", "acceleration": (-GRAVITY * normal).tolist(),
-                "factor": [[0, 0], [1, 1]],
-            },
-            {
-                "type": "body_force", "acceleration": (share * GRAVITY * along).tolist(),
-                "factor": [[0, 0], [1, 0], [2, 1]],
-            },
-        ],
-        "schedule": {"end": 2.0, "steps": 16, "minimum_step": 1e-2},
-        "output": {"report": False},
-    }  # fmt: skip
+    stands = standing_block(1e9, basis, turn=turn, width=1.0, cell=1.0 / cells)
+    entries = stands.to_dict()
+    del entries["bodies"][0]["surface"]
+    along = np.array([np.cos(np.radians(turn)), np.sin(np.radians(turn))])
+    pushes = {"type": "body_force", "acceleration": (share * GRAVITY * along).tolist()}
+    entries["loads"][0]["factor"] = [[0, 0], [1, 1]]
+    entries["loads"].append(pushes | {"factor": [[0, 0], [1, 0], [2, 1]]})
+    entries["schedule"] = {"end": 2.0, "steps": 16, "minimum_step": 1e-2}
     return Model.from_dict(entries)
 
 

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from implicit_blocks import by_number, flat
+from implicit_blocks import by_number
 from readings import some_of
+from standing_blocks import CELL, DENSITY, GRAVITY, SLENDERNESS, WIDTH, standing_block
 
-from tilth import Model
 from tilth.analysis.attempts import explained_motion, solve, solve_in_attempts
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
@@ -20,56 +20,7 @@ from tilth.errors import StepFailed
 from tilth.terms.balance import Balance
 from tilth.verification.march import march
 
-HEIGHT, WIDTH, DENSITY, GRAVITY, CELL = 1.5, 0.5, 2000.0, 10.0, 0.25
-
-
-def block(
-    modulus: float = 1e8,
-    basis: str = "gimp",
-    tangential: str = "friction",
-    corner: tuple[float, float] = (0.07, 0.05),
-    turn: float = 0.0,
-    **plane: Any,
-) -> Model:
-    """A block of two cells by six that its weight presses on a plane, in 14 of 30 steps."""
-    angle = np.radians(turn)
-    down = [GRAVITY * np.sin(angle), -GRAVITY * np.cos(angle)]
-    shape = {
-        "type": "box",
-        "lower": list(corner),
-        "upper": [corner[0] + WIDTH, corner[1] + HEIGHT],
-    } | ({"angle": turn} if turn else {})
-    contact = {"normal": "unilateral", "tangential": tangential}
-    if tangential == "friction":
-        contact["friction"] = 1.0
-    surface = plane or {"contact": contact, "wished_in_place": True}
-    normal = [-np.sin(angle), np.cos(angle)]
-    boundary = {
-        "name": "plane", "type": "implicit", "geometry": flat(corner, normal), **surface,
-    }  # fmt: skip
-    return Model.from_dict(
-        {
-            "analysis": {"kind": "plane_strain"},
-            "grid": {"cell_size": CELL},
-            "materials": {
-                "soil": {
-                    "model": "hencky_elastic", "young_modulus": modulus, "poisson_ratio": 0.2,
-                    "density": DENSITY,
-                }
-            },
-            "bodies": [
-                {
-                    "name": "block", "material": "soil", "basis": basis, "points_per_cell": 2,
-                    "shape": shape, "surface": {},
-                }
-            ],
-            "boundaries": [boundary],
-            "loads": [
-                {"type": "body_force", "acceleration": down, "factor": [[0, 0], [14, 14 / 30]]}
-            ],
-            "schedule": {"end": 14.0, "steps": 14},
-        }
-    )  # fmt: skip
+HEIGHT = SLENDERNESS * WIDTH
 
 
 def largest_motion(simulation: Simulation) -> float:
@@ -90,7 +41,7 @@ def test_a_block_under_its_weight_stands(
     settlement = 14 / 30 * DENSITY * GRAVITY * HEIGHT**2 / (2.0 * modulus)
     found = []
     simulation = march(
-        block(modulus, basis, tangential, corner, turn),
+        standing_block(modulus, basis, tangential, corner, turn),
         lambda _, result, time: found.append(result.moment("plane", np.array(corner))[2]),
     )
     assert largest_motion(simulation) < 2.0 * settlement
@@ -110,7 +61,7 @@ def converged(simulation: Simulation, motion: float) -> Any:
 
 @pytest.mark.parametrize("without_guess", [1e-3, 0.2, None])
 def test_what_the_guess_does_not_explain_is_solved_without_it(without_guess: float | None) -> None:
-    simulation = Simulation(block())
+    simulation = Simulation(standing_block())
     step, balance, near = converged(simulation, 1e-3)
     far = replace(near, displacement=np.full_like(near.displacement, 0.2))
     guess = np.full_like(near.displacement, 1e-3)
@@ -144,7 +95,7 @@ def test_what_the_guess_does_not_explain_is_solved_without_it(without_guess: flo
 def test_soil_behind_a_surface_is_warned_of(condition: str) -> None:
     """From 0.02 of a cell on, by the tracked surface, though no point's centre is behind."""
     plane = {} if condition == "contact" else {"condition": condition}
-    simulation = Simulation(block(**plane))
+    simulation = Simulation(standing_block(**plane))
     simulation.run_warnings.texts.clear()
     for depth in (0.01, 0.03):
         surface = simulation.surfaces["block"]
