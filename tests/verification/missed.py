@@ -62,8 +62,6 @@ TIP = "largest distance of the tip over the length"
 OVER_HEIGHT = "RMS distance of the points over the height"
 MOMENT = "its moment against the weight's, relative"
 DEEPEST = "deepest point behind the block's face"
-FOLLOWS = "the same with a grid that follows the edge"
-SPREAD = "spread of P / c over"
 APART = "force at * m, the farthest apart from 0.1 D on, rough"
 ROUGHNESS = "RMS of the second difference of the force over its mean"
 
@@ -76,11 +74,6 @@ MISSED = (
     Missed("cube_on_inclined_plane", f"{MOMENT}, linear", 4.07621e-5),
     Missed("cube_on_inclined_plane", f"{MOMENT}, gimp", 1.70289e-5),
     _short("rigid_footing_elastic", f"{DEEPEST}, h 0.1 m, in cells", 0.151840),
-    _short("rigid_footing_elastic", f"{FOLLOWS}, h 0.2 m", 2.97210e-6),
-    _long("rigid_footing_elastic", f"{FOLLOWS}, h 0.1 m", 1.55903e-6),
-    _long("strip_footing", f"{SPREAD} 10 positions of the edge in its cell, h 0.1 m", 0.121451),
-    _long("square_footing", f"{SPREAD} four positions of the edge in its cell, h 0.25 m", 0.475090),
-    _long("square_footing", f"{SPREAD} four positions of the edge in its cell, h 0.125 m", 0.24),
     Missed("upsetting", "sum of the platens' forces over one", 1.06184e-8),
     Missed("pressurised_ring", "its spread along the face, plane strain, 5 cells", 0.0110037),
     _short("rigid_sphere", f"{APART}, h D/8 and D/12", 0.202725),

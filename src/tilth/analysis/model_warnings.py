@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tilth.analysis.contact_warnings import contact_warnings, rigid_overlaps
+from tilth.analysis.end_warnings import end_warnings
 from tilth.analysis.overlaps import overlapping_bodies
 from tilth.analysis.table_warnings import table_warnings
 from tilth.analysis.unit_warnings import unit_warnings
@@ -97,6 +98,7 @@ def _warnings_of(simulation: Simulation, in_advance: bool) -> Iterator[tuple[str
     )
     yield from _small_radii(model, points, simulation.grid)
     yield from _turned_boxes(model)
+    yield from end_warnings(simulation.implicit, points, simulation.grid)
     yield from _thin_or_sparse(points, simulation.grid)
     yield from _one_step(model)
     yield from _jumps(model)

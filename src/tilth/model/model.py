@@ -204,22 +204,22 @@ class Model(DeclaredFile):
     def origin(self) -> tuple[float, ...]:
         """Coordinates of the grid's node with the lattice index 0 at the start [length].
 
-        Shape (dimension,). Along a graded axis it is the first place.
+        Shape (dimension,). Along a graded axis it is the first place, and along those that the grid
+        follows it is relative to the point that is followed: no declared origin counts there.
         """
-        origin = first_places(self.grid.origin, self.grid.cell_size, self.dimension)
-        sizes = enumerate(self._cell_sizes)
+        size, follow = self.grid.cell_size, self.grid.follow
+        origin = first_places(self.grid.origin, size, self.dimension)
+        if follow is None:
+            return tuple(origin)
+        relative = first_places(None, size, self.dimension)
         return tuple(
-            origin[k] + (self._followed(k) if isinstance(size, tuple) else 0.0) for k, size in sizes
+            follow.place[k] + relative[k] if AXES[k] in follow.axes else origin[k]
+            for k in range(self.dimension)
         )
 
     def grid_axis(self, k: int) -> GridAxis:
         """Returns the grid lines of an axis at the start."""
         return GridAxis(self.origin[k], self.cell_size[k], self.lines[k])
-
-    def _followed(self, k: int) -> float:
-        """Returns the coordinate of the point that the grid follows along an axis, or 0."""
-        follow = self.grid.follow
-        return follow.place[k] if follow is not None and AXES[k] in follow.axes else 0.0
 
     @property
     def _cell_sizes(self) -> tuple[float | Places, ...]:

@@ -236,6 +236,10 @@ class ContactSurface(CarriedContact, Implicit):
         """As `Implicit.body_name`."""
         return None if self.body is None else self.body.name
 
+    def _found_ends(self, facet: float) -> None:
+        """As `Implicit._found_ends`: soil can leave it, so that its ends do not matter here."""
+        del facet
+
     @property
     def behind(self) -> float:
         """Depth behind the surface up to which soil belongs to it [length].

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth.arrays import Flags, Floats, Integers, require_table
+from tilth.boundaries.implicit.ends import FARTHEST_MOTION, Ends, find_ends
 from tilth.boundaries.implicit.motion import Motion, cofactor, rotation_part
 from tilth.boundaries.implicit.quadrature import (
     BoundaryQuadrature,
@@ -148,6 +149,7 @@ class Implicit:
         self._columns = dim if declared.form == "surface" else dim + 9
         self._lower, self._upper = np.full(dim, np.inf), np.full(dim, -np.inf)
         self.quadrature: BoundaryQuadrature | None = None
+        self._ends: Ends | None = None
         self.carried: Floats = np.zeros((0, self._columns))
 
     @property
@@ -220,6 +222,7 @@ class Implicit:
             self.geometry, self._lower, self._upper, grid, piece, facet, local=fixed
         )
         points = self._kept(points)
+        self._ends = self._found_ends(facet)
         make = surface_quadrature if self.declared.form == "surface" else band_quadrature
         self.quadrature = make(points, self.delta)
         self.carried = np.zeros((len(self.quadrature.weight), self._columns))
@@ -235,6 +238,23 @@ class Implicit:
             return points.of(points.position[:, 0] > 0.0)
         return points
 
+    def _found_ends(self, facet: float) -> Ends | None:
+        """Returns where the boundary ends; None if nowhere, or if it moves too far or not at all.
+
+        facet: length of the facets [length].
+        """
+        declared = self.declared
+        if not (self.geometry.bounded and declared.is_moving and declared.form == "surface"):
+            return None
+        cell = self._smallest_edge()
+        facets = self.geometry.facets(self._lower, self._upper, facet)
+        found = find_ends(self.geometry, facets, cell)
+        moves = [
+            self._positions(found.beyond, factor) - found.beyond for _, factor in self._curve.table
+        ]
+        farthest = np.linalg.norm(moves, axis=2).max(initial=0.0)
+        return found if 0.0 < farthest <= FARTHEST_MOTION * cell else None
+
     def surface_points(self, time: float) -> tuple[Floats, Floats, Floats]:
         """Returns the surface's quadrature points at `time`: positions, normals, tributary parts.
 
@@ -243,14 +263,30 @@ class Implicit:
         """
         quadrature = self.quadrature
         assert quadrature is not None
+        position, normal = quadrature.surface, quadrature.surface_normal
+        if not self.declared.is_moving:
+            return position, normal, quadrature.tributary
         factor = self.factor(time)
-        normal, part = quadrature.surface_normal, quadrature.tributary
-        if self.declared.is_moving:
-            gradient = self.motion.gradient(quadrature.surface, factor)
-            normal = _transformed(cofactor(gradient), normal)
-            normal = normal / np.linalg.norm(normal, axis=1)[:, None]
-            part = part @ _transposed(gradient)
-        return self._positions(quadrature.surface, factor), normal, part
+        part = quadrature.tributary @ _transposed(self.motion.gradient(position, factor))
+        return self._positions(position, factor), self._normals(position, normal, factor), part
+
+    def ends(self, time: float) -> Ends | None:
+        """Returns where the boundary ends at `time`; None if nowhere, or if it does not matter."""
+        if self._ends is None or not self.declared.is_moving:
+            return self._ends
+        of, factor = self._ends, self.factor(time)
+        corner, shape = of.corner.reshape(-1, self.dim), of.corner.shape
+        return Ends(
+            corner=self._positions(corner, factor).reshape(shape),
+            beyond=self._positions(of.beyond, factor),
+            normal=self._normals(of.beyond, of.normal, factor),
+        )
+
+    def _normals(self, reference: Floats, normal: Floats, factor: float) -> Floats:
+        """Returns reference normals at reference positions as they are at a factor, (n, dim)."""
+        gradient = self.motion.gradient(reference, factor)
+        normal = _transformed(cofactor(gradient), normal)
+        return np.asarray(normal / np.linalg.norm(normal, axis=1)[:, None])
 
     def _positions(self, reference: Floats, factor: float) -> Floats:
         return self.motion.position(reference, factor) if self.declared.is_moving else reference

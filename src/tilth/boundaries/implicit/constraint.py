@@ -23,6 +23,7 @@ import numpy as np
 from tilth import _core
 from tilth.arrays import Floats, Integers
 from tilth.boundaries.contact.trace import Trace
+from tilth.boundaries.implicit.ends import INSIDE, Ends, without_vertices_near_ends
 from tilth.boundaries.implicit.multipliers import Multipliers, constrained_directions
 from tilth.mpm.quadrature import PointsInCells
 
@@ -59,6 +60,14 @@ class PointsNearSoil:
     def trace_of_rows(self) -> Trace | None:
         """The soil's displacement in the rows of the multipliers; None for that in the cells."""
         return None
+
+    def joined(self, owner: Integers, vertex: Floats, field: Integers) -> Integers:
+        """Returns the multipliers, (r, n), where points of some have joined others.
+
+        vertex: positions of the vertices [length], shape (m, dim). field: of the nodes, (nodes,).
+        """
+        del vertex, field
+        return owner
 
     @cached_property
     def penalty(self) -> Floats:
@@ -114,6 +123,7 @@ class SurfaceConstraint(ImplicitConstraint):
     """An `ImplicitConstraint` with the surface form.
 
     Attributes:
+        open_ends: ends of the boundary beyond which the soil goes on; None without an end.
         trace: the soil's displacement at the points, on the nodes of the grid; None if it is that
             in the cells.
         offset: from the points to the middles of the parts of which it is the mean [length], shape
@@ -121,6 +131,7 @@ class SurfaceConstraint(ImplicitConstraint):
         multipliers: of this boundary; selected for all boundaries of a step together.
     """
 
+    open_ends: Ends | None = None
     trace: Trace | None = None
     offset: Floats | None = None
     multipliers: Multipliers | None = None
@@ -129,6 +140,25 @@ class SurfaceConstraint(ImplicitConstraint):
     def trace_of_rows(self) -> Trace | None:
         """As `PointsNearSoil.trace_of_rows`."""
         return self.trace
+
+    def joined(self, owner: Integers, vertex: Floats, field: Integers) -> Integers:
+        """As `PointsNearSoil.joined`."""
+        if self.open_ends is None or len(self.open_ends.normal) == 0:
+            return owner
+        position, normal = self.pose.position, self.pose.normal
+        some = np.zeros(len(vertex), dtype=np.int64)
+        some[owner] = np.arange(len(position))
+        size = self.at.size[self.at.cell]
+        gone = self.open_ends.distance(vertex, normal[some]) > -INSIDE * size[some].min(axis=1)
+        of_point = field[self.at.node[:, 0]][self.at.cell]
+        return np.stack(
+            [
+                without_vertices_near_ends(
+                    each, gone, position, normal, of_point, float(size.max())
+                )
+                for each in owner
+            ]
+        )
 
     @cached_property
     def increment(self) -> Floats:

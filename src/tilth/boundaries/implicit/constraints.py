@@ -226,7 +226,9 @@ class ImplicitConstraints:
             if found.trace is not None:
                 trace = found.trace.on(active)
                 offset = trace.interpolate(active.position) - pose.position
-            parts.append(SurfaceConstraint(**common, trace=trace, offset=offset))
+            parts.append(
+                SurfaceConstraint(**common, open_ends=found.open_ends, trace=trace, offset=offset)
+            )
         return parts
 
     def exterior_nodes(self) -> tuple[Integers, Floats]:

@@ -159,9 +159,14 @@ def choose_multipliers(
     found = []
     for number, (part, direction) in enumerate(zip(parts, directions, strict=True)):
         own = slice(first[number], first[number + 1])
-        found.append(
-            _multipliers(part, direction, owners[number] - own.start, np.asarray(vertex)[own])
-        )
+        of_points = (owners[number] - own.start).reshape(len(direction), -1)
+        own_vertex = np.asarray(vertex)[own]
+        place = active.grid.position(own_vertex)
+        joined = part.joined(of_points, place, active.field)
+        if joined is not of_points:
+            kept, joined = np.unique(joined, return_inverse=True)
+            own_vertex = own_vertex[kept]
+        found.append(_multipliers(part, direction, joined.ravel(), own_vertex))
     return found
 
 

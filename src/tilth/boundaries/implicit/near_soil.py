@@ -15,10 +15,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tilth import _core
-from tilth.arrays import Floats, Integers
+from tilth.arrays import Flags, Floats, Integers
 from tilth.boundaries.contact.gap import measure_gap
 from tilth.boundaries.contact.measure import EVEN, SurfaceParts, sampled
 from tilth.boundaries.contact.trace import Trace, trace_of_domains, with_corners
+from tilth.boundaries.implicit.ends import Ends
 from tilth.comm import Communicator
 from tilth.geometry.flat import box_corners
 from tilth.mpm.domains import half_edges
@@ -54,6 +55,7 @@ class NearSoil:
         moduli: capped constrained and shear modulus of the soil [stress], shape (n, 2).
         elastic_share: elastic part of the soil's last strain increment [-], shape (n,).
         moved: motion of the soil in the last step [cells], shape (n,).
+        open_ends: ends of the boundary beyond which the soil goes on; None without an end.
         trace: the soil's displacement there, with keys of nodes; None if it is that in the cells.
     """
 
@@ -64,6 +66,7 @@ class NearSoil:
     moduli: Floats
     elastic_share: Floats
     moved: Floats
+    open_ends: Ends | None = None
     trace: Trace | None = None
 
     def at(self, active: ActiveGrid) -> PointsInCells:
@@ -84,37 +87,40 @@ def find_near_soil(
     """
     if not boundaries:
         return []
-    surfaces, normals, tributary = [], [], []
     box = soil_box(points, active.comm)
     for boundary in boundaries:
         extend_quadrature(boundary, box, time)
-        surface, normal, part = boundary.surface_points(time)
-        surfaces.append(surface)
-        normals.append(normal)
-        tributary.append(part)
-    ends = np.cumsum([len(surface) for surface in surfaces])
-    nearest, fraction = _find_contact(
-        points,
-        active,
-        ends,
-        np.concatenate(surfaces),
-        np.concatenate(normals),
-        np.concatenate(tributary),
-    )
+    surfaces = [boundary.surface_points(time) for boundary in boundaries]
+    ends = [boundary.ends(time) for boundary in boundaries]
+    surfaces += [(each.beyond, each.normal, each.parts()) for each in ends if each is not None]
+    last = np.cumsum([len(position) for position, _, _ in surfaces])
+    surface, normal, part = (np.concatenate(each) for each in zip(*surfaces, strict=True))
+    nearest, fraction = _find_contact(points, active, last, surface, normal, part)
+    touched, share = np.split(nearest, last[:-1]), np.split(fraction, last[:-1])
     moduli = capped_moduli(points.elastic_moduli())
-    found = []
-    for boundary, end, surface in zip(boundaries, ends, surfaces, strict=True):
-        own = slice(end - len(surface), end)
-        found.append(
-            _near_soil(boundary, nearest[own], fraction[own], points, active, moduli, time)
-        )
+    found = [
+        _near_soil(boundary, touched[i], share[i], points, active, moduli, time)
+        for i, boundary in enumerate(boundaries)
+    ]
     joined = [_of_all(each, active) for each in found]
+    goes_on = iter(_in_any([each >= 0 for each in touched[len(boundaries) :]], active.comm))
+    joined = [
+        near if of is None else replace(near, open_ends=of.of(next(goes_on)))
+        for near, of in zip(joined, ends, strict=True)
+    ]
     if not traced:
         return joined
     return [
         replace(near, trace=_trace(boundary, near, points, active, time))
         for boundary, near in zip(boundaries, joined, strict=True)
     ]
+
+
+def _in_any(flags: list[Flags], comm: Communicator) -> list[Flags]:
+    """Returns the flags that are set in any process."""
+    if not flags:
+        return flags
+    return [np.logical_or.reduce(each) for each in zip(*comm.gathered(flags), strict=True)]
 
 
 def _near_soil(
@@ -156,7 +162,7 @@ def _of_all(own: NearSoil, active: ActiveGrid) -> NearSoil:
     if active.shared is None:
         return own
     kept = active.shared.owns(own.key)
-    names = [each.name for each in fields(NearSoil) if each.name != "trace"]
+    names = [each.name for each in fields(NearSoil) if each.name not in ("open_ends", "trace")]
     columns = [getattr(own, name)[kept] for name in names]
     gathered = zip(*active.comm.gathered(columns), strict=True)
     joined: dict[str, Any] = dict(zip(names, map(np.concatenate, gathered), strict=True))
