@@ -18,7 +18,7 @@ import tilth
 from tilth import Model
 from tilth.analysis.simulation import Simulation
 from tilth.boundaries.implicit.constraint import SurfaceConstraint
-from tilth.boundaries.implicit.ends import FARTHEST_MOTION, INSIDE, find_ends
+from tilth.boundaries.implicit.ends import FARTHEST_MOTION, INSIDE, find_ends, width_of
 from tilth.geometry.footing import Footing
 from tilth.geometry.polyline import Polyline
 from tilth.geometry.protocol import Geometry
@@ -155,6 +155,27 @@ def test_after_a_long_way_soil_would_have_flowed_past_the_end(
     _, count = owners(footing("plane_strain", 0.8, 1.01 * FARTHEST_MOTION * H), monkeypatch)
     _, fewer = owners(footing("plane_strain", 0.8, 0.99 * FARTHEST_MOTION * H), monkeypatch)
     assert (set(count), set(fewer)) == ({4}, {3})
+
+
+def test_a_narrow_footing_keeps_all_vertices(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With one support the soil under it could turn."""
+    entries = footing("plane_strain", 0.8, 0.1 * H).to_dict()
+    for width, number in ((2.9 * H, 3), (3.1 * H, 2)):
+        entries["boundaries"][-1]["geometry"]["width"] = width
+        entries["grid"]["origin"][0] = 0.5 * width - 0.8 * H
+        _, count = owners(Model.from_dict(entries), monkeypatch)
+        assert set(count) == {number}
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_the_width_of_a_boundary(dim: int) -> None:
+    """Its extent along its own axes; in space the lesser one."""
+    normal, along = [np.array(v) for v in ((0.6, -0.8), (0.8, 0.6))] if dim == 2 else [
+        np.array(v) for v in ((0.0, 0.6, -0.8), (1.0, 0.0, 0.0))
+    ]  # fmt: skip
+    plate = Footing(np.ones(dim), normal, np.array([2.0, 0.7][: dim - 1]), along)
+    facets = plate.facets(np.zeros(dim), np.ones(dim), 0.5)
+    assert width_of(facets) == pytest.approx(2.0 if dim == 2 else 0.7)
 
 
 def test_a_mirrored_footing(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -17,7 +17,13 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth.arrays import Flags, Floats, Integers, require_table
-from tilth.boundaries.implicit.ends import FARTHEST_MOTION, Ends, find_ends
+from tilth.boundaries.implicit.ends import (
+    FARTHEST_MOTION,
+    LEAST_WIDTH,
+    Ends,
+    find_ends,
+    width_of,
+)
 from tilth.boundaries.implicit.motion import Motion, cofactor, rotation_part
 from tilth.boundaries.implicit.quadrature import (
     BoundaryQuadrature,
@@ -239,7 +245,9 @@ class Implicit:
         return points
 
     def _found_ends(self, facet: float) -> Ends | None:
-        """Returns where the boundary ends; None if nowhere, or if it moves too far or not at all.
+        """Returns where the boundary ends; None if nowhere, or if it does not matter.
+
+        It does not if the boundary is too narrow, moves too far or not at all.
 
         facet: length of the facets [length].
         """
@@ -248,6 +256,8 @@ class Implicit:
             return None
         cell = self._smallest_edge()
         facets = self.geometry.facets(self._lower, self._upper, facet)
+        if width_of(facets) < LEAST_WIDTH * cell:
+            return None
         found = find_ends(self.geometry, facets, cell)
         moves = [
             self._positions(found.beyond, factor) - found.beyond for _, factor in self._curve.table

@@ -3,8 +3,8 @@
 
 There the span of its constraints would jump while the end moves through the cell: a vertex beyond
 the end, on the next line of the grid, held the soil as far as there as soon as the end had passed
-the middle of the cell. Where soil flows, such vertices have no support of their own
-(docs/decisions/0047-ends-inside-a-cell.md).
+the middle of the cell. If the boundary moves little, vertices beyond the end or just before it have
+no support of their own (docs/decisions/0047-ends-inside-a-cell.md).
 """
 
 from __future__ import annotations
@@ -31,6 +31,10 @@ load of a footing hardly depends on whether it has one: there it may come in."""
 FARTHEST_MOTION = 0.5
 """Greatest motion of a boundary in cells with which vertices at its ends have no support of their
 own: after a longer one, soil that these do not hold has flowed past the boundary."""
+
+LEAST_WIDTH = 3.0
+"""Least width of such a boundary in cells: then two vertices at least are inside its ends. With one
+nothing would keep the soil under it from turning."""
 
 
 @dataclass(frozen=True)
@@ -103,6 +107,25 @@ def find_ends(geometry: Geometry, facets: Facets, cell: float) -> Ends:
     normal = np.broadcast_to(facets.normal[:, None], beyond.shape)
     found = Ends(side.reshape(-1, dim - 1, dim), beyond.reshape(-1, dim), normal.reshape(-1, dim))
     return found.of(np.abs(geometry.distance(found.beyond)) >= BENT * BEYOND * cell)
+
+
+def width_of(facets: Facets) -> float:
+    """Returns the extent of a boundary, in space the second one, along its own axes [length]."""
+    corner = facets.corner - facets.corner.mean(axis=(0, 1))
+    count = corner.shape[1]
+    edge = corner[:, 1:] - corner[:, :1]
+    area = np.sqrt(
+        np.abs(np.linalg.det(edge @ np.swapaxes(edge, 1, 2)))
+    )  # of segments, twice of triangles
+    middle = corner.mean(axis=1)
+    # the second moments are exact, so that the axes do not depend on how the boundary is divided
+    moment = np.einsum("f,fci,fcj->ij", area, corner, corner)
+    moment += count**2 * np.einsum("f,fi,fj->ij", area, middle, middle)
+    first = area @ middle
+    moment -= count * (count + 1) * np.outer(first, first) / area.sum()
+    axes = np.linalg.eigh(moment)[1]
+    extent = np.sort(np.ptp(corner.reshape(-1, count) @ axes, axis=0))[::-1]
+    return float(extent[count - 2])
 
 
 def without_vertices_near_ends(
