@@ -97,7 +97,8 @@ def far_down(long: bool) -> Iterator[Comparison]:
 def edge_in_cell(long: bool) -> Iterator[Comparison]:
     """The face's edge at ten positions across a cell: a condition on a part acts on all its nodes.
 
-    Its way is less than half a cell (decision 47). The spread is first order in the size of the cell; a grid that follows the edge has none.
+    Its way is less than half a cell (decision 47). The spread is first order in the size of the
+    cell; a grid that follows the edge has none.
     """
     model = varied(
         example(PROBLEM, "narrowing.toml"),
