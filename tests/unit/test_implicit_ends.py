@@ -85,7 +85,8 @@ def test_distances_beyond_the_ends(dim: int) -> None:
 def footing(kind: str, share: float, way: float, *, mirrored: bool = False) -> Model:
     """Half a footing on clay whose end is `share` of a cell beyond a line, pushed by `way`."""
     dim = 3 if kind == "3d" else 2
-    top, size, unit = 2.0, 3.0, np.eye(dim)
+    top, size = (1.0, 1.5) if kind == "3d" else (2.0, 3.0)
+    unit = np.eye(dim)
     sign = np.array([-1.0 if mirrored else 1.0, *np.ones(dim - 2)])
     far = [*(sign * size), top]
     sides = []
