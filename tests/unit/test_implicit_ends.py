@@ -100,7 +100,7 @@ def footing(kind: str, share: float, way: float, *, mirrored: bool = False) -> M
     shape |= {"width": 2.0 * HALF} if dim == 2 else {"width": [2.0 * HALF] * 2, "along": [1, 0, 0]}
     sides.append(implicit("footing", shape, displacement={"xyz"[dim - 1]: -way}))
     entries = block_entries(
-        kind, "gimp", boundaries=sides, loads=[], schedule={"steps": 6, "outputs": 1}
+        kind, "gimp", boundaries=sides, loads=[], schedule={"steps": 4, "outputs": 1}
     )
     entries["analysis"] |= {"tolerance": 1e-9, "solver": "auto"}
     entries["materials"] = {"soil": material_entries("von_mises", yield_stress=1.0)}
@@ -186,8 +186,7 @@ def test_a_mirrored_footing(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("processes", [2, 3])
-@pytest.mark.parametrize("kind", ["plane_strain", "axisymmetric", "3d"])
+@pytest.mark.parametrize(("kind", "processes"), [("axisymmetric", 2), ("3d", 3)])
 def test_processes_have_the_same_ends(kind: str, processes: int) -> None:
     assert_as_serial(footing(kind, 0.8, 0.1 * H), processes)
 
@@ -221,9 +220,9 @@ def test_a_grid_that_follows_begins_at_the_place_and_no_origin_counts(
     entries = footing("plane_strain", 0.0, 0.1 * H).to_dict()
     entries["grid"]["follow"] = {"boundary": "footing", "place": [HALF, 2.0], "axes": ["x"]}
     found = []
-    for origin in (0.0, 0.11, 0.2):
+    for origin in (0.0, 0.11):
         entries["grid"]["origin"][0] = origin
         model = Model.from_dict(entries)
         assert model.origin == (HALF, -0.3 * H)
         found.append(owners(model, monkeypatch)[0])
-    assert found[0] == found[1] == found[2]
+    assert found[0] == found[1]
