@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from tilth.boundaries.contact.surface import ContactSurface
 from tilth.boundaries.implicit.boundary import Implicit
+from tilth.boundaries.implicit.constraints import holding
 from tilth.geometry.footing import Footing
 from tilth.mpm.grid import Grid
 from tilth.mpm.points import MaterialPoints
@@ -26,15 +26,12 @@ def end_warnings(
     """Moving footings of a few cells that end in soil: a key for each, and its text."""
     from scipy.spatial import cKDTree
 
-    for boundary in boundaries:
+    for boundary in holding(boundaries):
         shape = boundary.geometry
-        if isinstance(boundary, ContactSurface) or not isinstance(shape, Footing):
+        if not (isinstance(shape, Footing) and boundary.declared.is_moving):
             continue
-        if not boundary.declared.is_moving:
-            continue
-        along = np.concatenate(
-            [-shape.half[:, None] * shape.axes, shape.half[:, None] * shape.axes]
-        )
+        half = shape.half[:, None] * shape.axes
+        along = np.concatenate([-half, half])
         size = grid.sizes_at(shape.centre + along)
         # the cell's edge along the width on which an end lies
         cell = (size * np.abs(along)).sum(axis=1) / np.abs(along).sum(axis=1)

@@ -282,8 +282,8 @@ class Implicit:
 
     def ends(self, time: float) -> Ends | None:
         """Returns where the boundary ends at `time`; None if nowhere, or if it does not matter."""
-        if self._ends is None or not self.declared.is_moving:
-            return self._ends
+        if self._ends is None:
+            return None
         of, factor = self._ends, self.factor(time)
         corner, shape = of.corner.reshape(-1, self.dim), of.corner.shape
         return Ends(

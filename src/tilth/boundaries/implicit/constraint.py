@@ -25,6 +25,7 @@ from tilth.arrays import Floats, Integers
 from tilth.boundaries.contact.trace import Trace
 from tilth.boundaries.implicit.ends import INSIDE, Ends, without_vertices_near_ends
 from tilth.boundaries.implicit.multipliers import Multipliers, constrained_directions
+from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.quadrature import PointsInCells
 
 if TYPE_CHECKING:
@@ -61,12 +62,12 @@ class PointsNearSoil:
         """The soil's displacement in the rows of the multipliers; None for that in the cells."""
         return None
 
-    def joined(self, owner: Integers, vertex: Floats, field: Integers) -> Integers:
+    def joined(self, owner: Integers, vertex: Floats, active: ActiveGrid) -> Integers:
         """Returns the multipliers, (r, n), where points of some have joined others.
 
-        vertex: positions of the vertices [length], shape (m, dim). field: of the nodes, (nodes,).
+        vertex: positions of the vertices, from the grid's origin in cells, shape (m, dim).
         """
-        del vertex, field
+        del vertex, active
         return owner
 
     @cached_property
@@ -141,7 +142,7 @@ class SurfaceConstraint(ImplicitConstraint):
         """As `PointsNearSoil.trace_of_rows`."""
         return self.trace
 
-    def joined(self, owner: Integers, vertex: Floats, field: Integers) -> Integers:
+    def joined(self, owner: Integers, vertex: Floats, active: ActiveGrid) -> Integers:
         """As `PointsNearSoil.joined`."""
         if self.open_ends is None or len(self.open_ends.normal) == 0:
             return owner
@@ -149,8 +150,9 @@ class SurfaceConstraint(ImplicitConstraint):
         some = np.zeros(len(vertex), dtype=np.int64)
         some[owner] = np.arange(len(position))
         size = self.at.size[self.at.cell]
-        gone = self.open_ends.distance(vertex, normal[some]) > -INSIDE * size[some].min(axis=1)
-        of_point = field[self.at.node[:, 0]][self.at.cell]
+        beyond = self.open_ends.distance(active.grid.position(vertex), normal[some])
+        gone = beyond > -INSIDE * size[some].min(axis=1)
+        of_point = active.field[self.at.node[:, 0]][self.at.cell]
         return np.stack(
             [
                 without_vertices_near_ends(

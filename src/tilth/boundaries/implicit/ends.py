@@ -114,9 +114,8 @@ def width_of(facets: Facets) -> float:
     corner = facets.corner - facets.corner.mean(axis=(0, 1))
     count = corner.shape[1]
     edge = corner[:, 1:] - corner[:, :1]
-    area = np.sqrt(
-        np.abs(np.linalg.det(edge @ np.swapaxes(edge, 1, 2)))
-    )  # of segments, twice of triangles
+    # of segments, twice that of triangles
+    area = np.sqrt(np.abs(np.linalg.det(edge @ np.swapaxes(edge, 1, 2))))
     middle = corner.mean(axis=1)
     # the second moments are exact, so that the axes do not depend on how the boundary is divided
     moment = np.einsum("f,fci,fcj->ij", area, corner, corner)

@@ -161,8 +161,7 @@ def choose_multipliers(
         own = slice(first[number], first[number + 1])
         of_points = (owners[number] - own.start).reshape(len(direction), -1)
         own_vertex = np.asarray(vertex)[own]
-        place = active.grid.position(own_vertex)
-        joined = part.joined(of_points, place, active.field)
+        joined = part.joined(of_points, own_vertex, active)
         if joined is not of_points:
             kept, joined = np.unique(joined, return_inverse=True)
             own_vertex = own_vertex[kept]
