@@ -344,6 +344,11 @@ def interpolate_in_cells(start: Annotated[NDArray[numpy.int64], dict(order='C', 
 def scatter_in_cells(start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], value: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], vector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], nodal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """Adds sum_q N_qa vector_q to nodal."""
 
+def trace_of_domains(start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], owner: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], shift: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], centre: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], corner: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], grid: object, cell_keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], keys: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], cell_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], node: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], value: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> tuple[NDArray[numpy.int64], NDArray[numpy.int64], NDArray[numpy.float64]]:
+    """
+    Displacements at places by those of nodes, the mean over each place's samples on domains with corners: number of nodes of each place, nodes and shares.
+    """
+
 class Multigrid:
     """Geometric multigrid over an integer lattice of nodes; pattern fixed."""
 

@@ -282,6 +282,13 @@ def direct_calls() -> Iterator[Call]:
             at[0], normal, np.full(3, 0.5), 1.5, at[1], half, corners,
             Grid(np.zeros(2), np.ones(2)), 0.05,
         ])  # fmt: skip
+    two, place = np.arange(2), np.full((2, 2), 0.5)
+    yield Call("trace_of_domains", [
+        np.array([0, 1, 2]), place + 0.1, two, 0 * two, place, 0.3 * corner[:2],
+        Grid(np.zeros(2), np.ones(2)), _core.node_keys(np.zeros((1, 3), dtype=np.int64)),
+        _core.node_keys(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]])),
+        np.array([0, 2]), np.array([[0, 1, 2, 3]], dtype=np.int32), random.random((2, 4)),
+    ])  # fmt: skip
     yield Call("inner", [x, x.copy()])
     yield Call("two_inner", [x, x.copy(), x.copy()])
     yield Call("combine", [1.0, x, 2.0, x.copy()])

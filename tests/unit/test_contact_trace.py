@@ -8,6 +8,7 @@ import pytest
 from contact_terms import DRIVEN, next_contact, pressed
 from small_problems import dimension
 
+from tilth.arrays import Floats
 from tilth.bodies.corners import corner_signs
 from tilth.boundaries.contact.law import ContactLaw, respond
 from tilth.boundaries.contact.measure import (
@@ -21,28 +22,78 @@ from tilth.boundaries.contact.measure import (
 )
 from tilth.boundaries.contact.supports import SLIVER, is_sliver, without_small
 from tilth.boundaries.contact.surface import AWAY, NEVER
-from tilth.boundaries.contact.trace import domain_weights
+from tilth.boundaries.contact.trace import trace_of_domains
 from tilth.geometry.quadrature import _tributary_parts
+from tilth.model.laws import laws
+from tilth.mpm.grid import ActiveGrid, Buffers, Grid, locate
+from tilth.mpm.points import MaterialPoints, PointRange
+from tilth.mpm.quadrature import find_cells, locate_in_cells, points_in_cells
+
+
+def domains(corner: Floats, fields: int = 1) -> tuple[MaterialPoints, ActiveGrid]:
+    """Points of CPDI2 at (2, 2, ...) with these corners (n, 2^dim, dim), and the grid they use.
+
+    fields: number of bodies, of equal numbers of points, with a displacement field each.
+    """
+    count, _, dim = corner.shape
+    law, parameters, each = laws()["hencky_elastic"], np.array([1.0, 0.0]), count // fields
+    bodies = [
+        PointRange(str(i), i * each, (i + 1) * each, "cpdi2", None, law, parameters, 0.0, field=i)
+        for i in range(fields)
+    ]
+    position = np.full((count, dim), 2.0)
+    points = MaterialPoints.undeformed(bodies, position, np.ones(count), np.ones((count, dim)))
+    points.corner[:] = corner
+    return points, locate(points, Grid(np.zeros(dim), np.ones(dim)), Buffers())
+
+
+def interpolated(active: ActiveGrid, position: Floats, field: int, nodal: Floats) -> Floats:
+    """Nodal values (nodes, k) at positions (n, dim) by the functions of their cells."""
+    order, at = locate_in_cells(active, position, field)
+    found = np.empty((len(position), nodal.shape[1]))
+    found[order] = at.interpolate(nodal)
+    return found
 
 
 @pytest.mark.parametrize("dim", [2, 3])
-def test_weights_of_a_domain_reproduce_places(dim: int) -> None:
-    """Of distorted quadrilaterals and hexahedra, also at their corners and a little outside."""
+@pytest.mark.parametrize("fields", [1, 2])
+def test_trace_of_distorted_domains(dim: int, fields: int) -> None:
+    """At places in them, also at their corners and a little outside, and the mean of two places.
+
+    Outside of the core: sum_c w_c u(x_c) with the weights from which the places were made.
+    """
     random = np.random.default_rng(4)
-    corner = corner_signs(dim) + random.uniform(-0.2, 0.2, (300, 2**dim, dim))
+    corner = 0.4 * (corner_signs(dim) + random.uniform(-0.2, 0.2, (300, 2**dim, dim)))
     xi = random.uniform(-1.2, 1.2, (300, dim))
     xi[:50] = np.sign(xi[:50])
-    exact = (0.5 * (1.0 + corner_signs(dim) * xi[:, None])).prod(axis=2)
-    weight, inside = domain_weights(corner, np.einsum("nc,nci->ni", exact, corner))
-    assert inside.all()
-    np.testing.assert_allclose(weight, exact, atol=1e-11)
+    weight = (0.5 * (1.0 + corner_signs(dim) * xi[:, None])).prod(axis=2)
+    position = 2.0 + np.einsum("nc,nci->ni", weight, corner)
+    points, active = domains(corner, fields)
+    nodal = np.column_stack([active.position, random.uniform(size=active.nodes)])
+    exact = np.empty((300, dim + 1))
+    for own in range(300):
+        of_corners = interpolated(active, 2.0 + corner[own], own // (300 // fields), nodal)
+        exact[own] = weight[own] @ of_corners
+    np.testing.assert_allclose(exact[:, :dim], position, atol=1e-12)
+    sample = random.permutation(300)
+    cells = points_in_cells(active, *find_cells(active, np.full((150, dim), 2.3)))
+    trace = trace_of_domains(
+        active, points, cells, np.tile(np.arange(150), 2), position[sample], sample
+    )
+    mean = exact[sample].reshape(2, 150, -1).mean(axis=0)
+    np.testing.assert_allclose(trace.interpolate(nodal), mean, atol=1e-11)
+    assert (np.diff(trace.place) >= 0).all()
 
 
-def test_places_far_from_a_domain_and_flat_domains_are_not_inside() -> None:
-    corner = np.tile(corner_signs(2), (3, 1, 1))
+def test_places_far_from_a_domain_and_flat_domains_have_the_trace_of_their_cells() -> None:
+    corner = np.tile(0.4 * corner_signs(2), (4, 1, 1))
     corner[1, :, 1] *= 1e-12
-    _, inside = domain_weights(corner, np.array([[0.3, 1.7], [0.0, 0.5], [0.3, 1.2]]))
-    np.testing.assert_array_equal(inside, [False, False, True])
+    points, active = domains(corner)
+    offset = 0.4 * np.array([[0.3, 1.7], [0.0, 0.5], [0.3, 1.2]])
+    at = points_in_cells(active, *find_cells(active, np.full((4, 2), 2.3)))
+    trace = trace_of_domains(active, points, at, np.arange(3), 2.0 + offset, np.arange(3))
+    expected = [[2.3, 2.3], [2.3, 2.3], [2.12, 2.48], [2.3, 2.3]]  # none of the last place's
+    np.testing.assert_allclose(trace.interpolate(active.position), expected, rtol=1e-13)
 
 
 @pytest.mark.parametrize("dim", [2, 3])

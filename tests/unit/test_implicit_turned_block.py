@@ -11,6 +11,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 from turned_blocks import STRESS, turned_block, turned_block_in_space
 
+from tilth import Model
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
 from tilth.verification.march import march
@@ -69,3 +70,21 @@ def test_stress_in_a_box_that_turns_in_space(basis: str) -> None:
     march(turned_block_in_space(basis, 180.0, 12), after_step)
     assert found[0] <= 0.003
     assert max(found) <= 0.005
+
+
+@pytest.mark.parametrize("basis", ["cpdi1", "cpdi2"])
+@pytest.mark.parametrize("angle", [0.0, pytest.param(20.0, marks=pytest.mark.slow), 35.0])
+def test_stress_in_a_tilted_box_in_space(basis: str, angle: float) -> None:
+    """That stands still: off its own equilibrium by 0.3 %; with the grid's functions by 6 %."""
+    entries = turned_block_in_space(basis, 0.0, 1).to_dict()
+    for entry in (entries["bodies"][0]["shape"], entries["boundaries"][0]["geometry"]):
+        entry["angle"] = angle
+    del entries["boundaries"][0]["rotation"], entries["boundaries"][0]["factor"]
+    found = []
+
+    def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
+        difference = simulation.points.stress - STRESS[[0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]]
+        found.append(float(np.abs(difference).max()) / 100.0)
+
+    march(Model.from_dict(entries), after_step)
+    assert found[0] <= 0.003

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "../boundary/points_in_cells.hpp"
 
+#include "../boundary/domain_trace.hpp"
 #include "../kind.hpp"
 #include "grid_view.hpp"
 
@@ -16,9 +17,9 @@ auto locate_in_cells(ConstDoubles position, nb::handle grid_handle, ConstInteger
   std::vector<std::int64_t> key(n);
   std::vector<double> local(n * dim);
   with_dimension(static_cast<int>(dim), [&](auto kind) {
-    boundary::locate_in_cells<decltype(kind)::dim>(
-        static_cast<std::int64_t>(n), position.data(), grid,
-        static_cast<std::int64_t>(cell_keys.size()), cell_keys.data(), key.data(), local.data());
+    boundary::locate_in_cells<decltype(kind)::dim>(static_cast<std::int64_t>(n), position.data(),
+                                                   {grid, size_of(cell_keys), cell_keys.data()},
+                                                   key.data(), local.data());
   });
   return std::make_tuple(give(std::move(key)), give(std::move(local), {n, dim}));
 }
@@ -79,6 +80,40 @@ void scatter_in_cells(ConstIntegers start, ConstShorts node, ConstDoubles value,
   boundary::scatter(at, components, vector.data(), nodal.data());
 }
 
+auto trace_of_domains(ConstIntegers start, ConstDoubles position, ConstIntegers owner,
+                      ConstIntegers shift, ConstDoubles centre, ConstDoubles corner,
+                      nb::handle grid_handle, ConstIntegers cell_keys, ConstIntegers keys,
+                      ConstIntegers cell_start, ConstShorts node, ConstDoubles value) {
+  const std::int64_t samples = rows_of(position, 2, "position");
+  const std::int64_t points = rows_of(centre, 2, "centre");
+  const int dim = dimension_of(centre, "centre");
+  const std::int64_t corners = std::int64_t{1} << dim;
+  const GridView grid(grid_handle, dim);
+  const auto at = view(cell_start, node, value, size_of(keys));
+  require(at.nodes == corners, "node", "has not as many columns as a cell has corners");
+  require_size(start, at.start[at.cells] + 1, "start");
+  require_starts(start, samples, "start");
+  require_table(position, samples, dim, "position");
+  grid.require_in_grid(position, "position");
+  require_size(owner, samples, "owner");
+  require_indices(owner, points, "owner");
+  require_size(shift, samples, "shift");
+  grid.require_in_grid(centre, "centre");
+  require_size(corner, points * corners * dim, "corner");
+  grid.require_in_cells(corner, "corner");
+  Found missing;
+  boundary::TraceTerms terms;
+  with_dimension(dim, [&](auto kind) {
+    terms = boundary::trace_of_domains<decltype(kind)::dim>(
+        at, {start.data(), position.data(), owner.data(), shift.data()},
+        {centre.data(), corner.data()}, {grid, size_of(cell_keys), cell_keys.data()},
+        {size_of(keys), keys.data()}, missing);
+  });
+  require(!missing, "keys", "lack nodes of cells that a domain reaches");
+  return std::make_tuple(give(std::move(terms.count)), give(std::move(terms.node)),
+                         give(std::move(terms.value)));
+}
+
 }  // namespace
 
 void bind_points_in_cells(nb::module_& module) {
@@ -96,6 +131,12 @@ void bind_points_in_cells(nb::module_& module) {
              "nodal"_a, "sum_a N_a nodal_a at the points of each cell.");
   module.def("scatter_in_cells", &scatter_in_cells, "start"_a, "node"_a, "value"_a, "vector"_a,
              "nodal"_a, "Adds sum_q N_qa vector_q to nodal.");
+  module.def(
+      "trace_of_domains", &trace_of_domains, "start"_a, "position"_a, "owner"_a, "shift"_a,
+      "centre"_a, "corner"_a, "grid"_a, "cell_keys"_a, "keys"_a, "cell_start"_a, "node"_a,
+      "value"_a,
+      "Displacements at places by those of nodes, the mean over each place's samples on domains "
+      "with corners: number of nodes of each place, nodes and shares.");
 }
 
 }  // namespace tilth::bind

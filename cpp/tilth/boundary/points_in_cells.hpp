@@ -14,77 +14,96 @@
 
 namespace tilth::boundary {
 
-/// Fills the key of each point's cell and the point's local coordinates (points, Dim), in cells
-/// from the cell's lowest node. The cell is the one that contains the point if it is among the
-/// sorted `cell_keys`, otherwise the nearest of its neighbours among them. Of two equally near
-/// cells, for example with a common face on which the point lies, the one with the nearer centre is
-/// taken. A point without such a cell is assigned to the cell that contains it.
+/// The sorted keys of cells with soil on a grid.
+struct CellsWithSoil {
+  const GridLines& grid;
+  std::int64_t count;
+  const std::int64_t* key;
+
+  bool has(std::int64_t sought) const { return std::binary_search(key, key + count, sought); }
+};
+
+/// Returns the cell of a position (Dim) and fills its local coordinates (Dim), in cells from the
+/// cell's lowest node. The cell is the one that contains the position if it has soil, otherwise the
+/// nearest of its neighbours with soil. Of two equally near cells, for example with a common face
+/// on which the position lies, the one with the nearer centre is taken. A position without such a
+/// cell is assigned to the cell that contains it. `shift` is what the displacement field of the
+/// soil adds to keys.
 template <int Dim>
-void locate_in_cells(std::int64_t points, const double* position, const GridLines& grid,
-                     std::int64_t cells, const std::int64_t* cell_keys, std::int64_t* key,
-                     double* local) {
-  const auto has_soil = [&](std::int64_t key) {
-    return std::binary_search(cell_keys, cell_keys + cells, key);
-  };
-#pragma omp parallel for schedule(static) if (8 * points >= parallel_from)
-  for (std::int64_t q = 0; q < points; ++q) {
-    double scaled[Dim];
-    Lattice lattice{0, 0, 0};
-    for (int k = 0; k < Dim; ++k) {
-      scaled[k] = grid[k].in_cells(position[q * Dim + k]);
-      lattice[k] = static_cast<std::int64_t>(std::floor(scaled[k]));
-    }
-    Lattice best = lattice;
-    if (!has_soil(pack(lattice))) {
-      double least = std::numeric_limits<double>::infinity();
-      for (int i = -1; i <= 1; ++i)
-        for (int j = -1; j <= 1; ++j)
-          for (int k = Dim == 3 ? -1 : 0; k <= (Dim == 3 ? 1 : 0); ++k) {
-            const Lattice cell{lattice[0] + i, lattice[1] + j, lattice[2] + k};
-            if (!has_soil(pack(cell))) continue;
-            double outside = 0.0, from_centre = 0.0;
-            for (int d = 0; d < Dim; ++d) {
-              const double from_middle =
-                  std::fabs(scaled[d] - (static_cast<double>(cell[d]) + 0.5));
-              from_centre += from_middle * from_middle;
-              outside += std::max(from_middle - 0.5, 0.0) * std::max(from_middle - 0.5, 0.0);
-            }
-            const double distance = std::sqrt(outside) + 1e-6 * std::sqrt(from_centre);
-            if (distance < least) least = distance, best = cell;
+Lattice find_cell(const double* position, const CellsWithSoil& cells, std::int64_t shift,
+                  double* local) {
+  double scaled[Dim];
+  Lattice lattice{0, 0, 0};
+  for (int k = 0; k < Dim; ++k) {
+    scaled[k] = cells.grid[k].in_cells(position[k]);
+    lattice[k] = static_cast<std::int64_t>(std::floor(scaled[k]));
+  }
+  Lattice best = lattice;
+  if (!cells.has(pack(lattice) + shift)) {
+    double least = std::numeric_limits<double>::infinity();
+    for (int i = -1; i <= 1; ++i)
+      for (int j = -1; j <= 1; ++j)
+        for (int k = Dim == 3 ? -1 : 0; k <= (Dim == 3 ? 1 : 0); ++k) {
+          const Lattice cell{lattice[0] + i, lattice[1] + j, lattice[2] + k};
+          if (!cells.has(pack(cell) + shift)) continue;
+          double outside = 0.0, from_centre = 0.0;
+          for (int d = 0; d < Dim; ++d) {
+            const double from_middle = std::fabs(scaled[d] - (static_cast<double>(cell[d]) + 0.5));
+            from_centre += from_middle * from_middle;
+            outside += std::max(from_middle - 0.5, 0.0) * std::max(from_middle - 0.5, 0.0);
           }
+          const double distance = std::sqrt(outside) + 1e-6 * std::sqrt(from_centre);
+          if (distance < least) least = distance, best = cell;
+        }
+  }
+  for (int k = 0; k < Dim; ++k)
+    local[k] = cells.grid[k].in_cells_like(best[k], position[k]) - static_cast<double>(best[k]);
+  return best;
+}
+
+/// Fills the key of each point's cell and its local coordinates in it (points, Dim), see
+/// `find_cell`.
+template <int Dim>
+void locate_in_cells(std::int64_t points, const double* position, const CellsWithSoil& cells,
+                     std::int64_t* key, double* local) {
+#pragma omp parallel for schedule(static) if (8 * points >= parallel_from)
+  for (std::int64_t q = 0; q < points; ++q)
+    key[q] = pack(find_cell<Dim>(position + q * Dim, cells, 0, local + q * Dim));
+}
+
+/// Fills a cell's shape functions (2^Dim) at local coordinates (Dim), in cells from its lowest
+/// node, and, unless `gradient` is null, their gradients [1/length] (2^Dim, Dim). Corners are
+/// numbered with x fastest; `size` (Dim) is that of the cell.
+template <int Dim>
+void shape_functions_at(const double* local, const double* size, double* value, double* gradient) {
+  for (int c = 0; c < 1 << Dim; ++c) {
+    double hat[Dim], product = 1.0;
+    for (int k = 0; k < Dim; ++k) {
+      hat[k] = (c >> k) & 1 ? local[k] : 1.0 - local[k];
+      product *= hat[k];
     }
-    key[q] = pack(best);
-    for (int k = 0; k < Dim; ++k)
-      local[q * Dim + k] =
-          grid[k].in_cells_like(best[k], position[q * Dim + k]) - static_cast<double>(best[k]);
+    value[c] = product;
+    if (gradient == nullptr) continue;
+    for (int k = 0; k < Dim; ++k) {
+      double derivative = ((c >> k) & 1 ? 1.0 : -1.0) / size[k];
+      for (int j = 0; j < Dim; ++j)
+        if (j != k) derivative *= hat[j];
+      gradient[c * Dim + k] = derivative;
+    }
   }
 }
 
-/// Fills a cell's shape functions (points, 2^Dim) at local coordinates (points, Dim), in cells from
-/// its lowest node, and, unless `gradient` is null, their gradients [1/length] (points, 2^Dim,
-/// Dim). Corners are numbered with x fastest; `size` (points, Dim) is that of the points' cells.
+/// The same at many points: `local` and `size` (points, Dim), `value` (points, 2^Dim), `gradient`
+/// (points, 2^Dim, Dim).
 template <int Dim>
 void shape_functions(std::int64_t points, const double* local, const double* size, double* value,
                      double* gradient) {
   constexpr int corners = 1 << Dim;
 #pragma omp parallel for schedule(static) if (points >= parallel_from)
   for (std::int64_t q = 0; q < points; ++q)
-    for (int c = 0; c < corners; ++c) {
-      double hat[Dim], product = 1.0;
-      for (int k = 0; k < Dim; ++k) {
-        const double x = local[q * Dim + k];
-        hat[k] = (c >> k) & 1 ? x : 1.0 - x;
-        product *= hat[k];
-      }
-      value[q * corners + c] = product;
-      if (gradient == nullptr) continue;
-      for (int k = 0; k < Dim; ++k) {
-        double derivative = ((c >> k) & 1 ? 1.0 : -1.0) / size[q * Dim + k];
-        for (int j = 0; j < Dim; ++j)
-          if (j != k) derivative *= hat[j];
-        gradient[(q * corners + c) * Dim + k] = derivative;
-      }
-    }
+    shape_functions_at<Dim>(local + q * Dim, size == nullptr ? nullptr : size + q * Dim,
+                            value + q * corners,
+                            gradient == nullptr ? nullptr : gradient + q * corners * Dim);
 }
 
 /// Points ordered by cell: cell c has the points `start[c]` to `start[c + 1]` and the corners

@@ -58,12 +58,6 @@ struct CorneredDomains {
   const double* corner;
 };
 
-/// Returns the signed volume of the vectors a, b and c, times their common factor with a line.
-inline double triple(const double* a, const double* b, const double* c) {
-  return a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
-         a[2] * (b[0] * c[1] - b[1] * c[0]);
-}
-
 /// Adds where a line crosses the segment between two points, given by their distances across and
 /// along the line from its begin.
 inline void cross_segment(const double* a, const double* b, LinePart& part) {
@@ -71,52 +65,77 @@ inline void cross_segment(const double* a, const double* b, LinePart& part) {
   part.add(a[1] + a[0] / (a[0] - b[0]) * (b[1] - a[1]));
 }
 
-/// Adds where a line crosses a triangle, by the vectors from its begin to the corners.
-inline void cross_triangle(const double* a, const double* b, const double* c, const double* normal,
+/// A place seen along a line: its projection along the line on a coordinate plane, scaled by a
+/// factor that is the same for all places, and its distance along the line from the line's begin.
+struct Projected {
+  double x, y, along;
+};
+
+/// Returns twice the signed area of the triangle between the origin and two projections.
+inline double area(const Projected& a, const Projected& b) { return a.x * b.y - a.y * b.x; }
+
+/// Adds where a line, projected on the origin, crosses a triangle.
+inline void cross_triangle(const Projected& a, const Projected& b, const Projected& c,
                            LinePart& part) {
-  const double u = triple(normal, b, c), v = triple(normal, c, a), w = triple(normal, a, b);
+  const double u = area(b, c), v = area(c, a), w = area(a, b);
   if (!((u >= 0.0 && v >= 0.0 && w >= 0.0) || (u <= 0.0 && v <= 0.0 && w <= 0.0))) return;
   const double sum = u + v + w;
   if (sum == 0.0) return;
-  double at = 0.0;
-  for (int k = 0; k < 3; ++k) at += (u * a[k] + v * b[k] + w * c[k]) * normal[k];
-  part.add(at / sum);
+  part.add((u * a.along + v * b.along + w * c.along) / sum);
 }
 
-template <int Dim>
-LinePart part_in_domain(const CorneredDomains<Dim>& domains, std::int64_t p, const double* offset,
-                        const double* normal, double, double wide) {
-  constexpr int corners = 1 << Dim;
-  const double* corner = domains.corner + corners * Dim * p;
-  double at[corners][Dim];  // from the line's begin, of the widened domain
+inline LinePart part_in_domain(const CorneredDomains<2>& domains, std::int64_t p,
+                               const double* offset, const double* normal, double, double wide) {
+  const double* corner = domains.corner + 8 * p;
   LinePart part;
-  for (int c = 0; c < corners; ++c) {
-    double along = 0.0;
-    for (int k = 0; k < Dim; ++k) along += corner[Dim * c + k] * normal[k];
+  double turned[4][2];  // across and along the line from its begin, of the widened domain
+  for (int c = 0; c < 4; ++c) {
+    const double* x = corner + 2 * c;
+    const double along = x[0] * normal[0] + x[1] * normal[1];
     part.half_width = std::max(part.half_width, std::fabs(along));
-    for (int k = 0; k < Dim; ++k)
-      at[c][k] = wide * (corner[Dim * c + k] - along * normal[k]) + along * normal[k] - offset[k];
+    turned[c][0] = wide * (x[1] * normal[0] - x[0] * normal[1]) -
+                   (offset[1] * normal[0] - offset[0] * normal[1]);
+    turned[c][1] = along - (offset[0] * normal[0] + offset[1] * normal[1]);
   }
-  if constexpr (Dim == 2) {
-    double turned[4][2];
-    for (int c = 0; c < 4; ++c) {
-      turned[c][0] = at[c][1] * normal[0] - at[c][0] * normal[1];
-      turned[c][1] = at[c][0] * normal[0] + at[c][1] * normal[1];
-    }
-    constexpr int next[4] = {1, 3, 0, 2};
-    for (int c = 0; c < 4; ++c) cross_segment(turned[c], turned[next[c]], part);
-  } else {
-    for (int axis = 0; axis < 3; ++axis) {
-      const int one = 1 << ((axis + 1) % 3), other = 1 << ((axis + 2) % 3);
-      for (int side = 0; side < 2; ++side) {
-        const int first = side << axis;
-        const int ring[4] = {first, first | one, first | one | other, first | other};
-        double centre[3];
-        for (int k = 0; k < 3; ++k)
-          centre[k] = 0.25 * (at[ring[0]][k] + at[ring[1]][k] + at[ring[2]][k] + at[ring[3]][k]);
-        for (int i = 0; i < 4; ++i)
-          cross_triangle(centre, at[ring[i]], at[ring[(i + 1) % 4]], normal, part);
-      }
+  constexpr int next[4] = {1, 3, 0, 2};
+  for (int c = 0; c < 4; ++c) cross_segment(turned[c], turned[next[c]], part);
+  return part;
+}
+
+inline LinePart part_in_domain(const CorneredDomains<3>& domains, std::int64_t p,
+                               const double* offset, const double* normal, double, double wide) {
+  const double* corner = domains.corner + 24 * p;
+  int axis = 0;  // across the plane on which is projected
+  for (int k = 1; k < 3; ++k)
+    if (std::fabs(normal[k]) > std::fabs(normal[axis])) axis = k;
+  const int i = (axis + 1) % 3, j = (axis + 2) % 3;
+  const auto seen = [&](const double* x) {
+    return Projected{x[i] * normal[axis] - x[axis] * normal[i],
+                     x[j] * normal[axis] - x[axis] * normal[j],
+                     x[0] * normal[0] + x[1] * normal[1] + x[2] * normal[2]};
+  };
+  const Projected begin = seen(offset);
+  constexpr double infinite = std::numeric_limits<double>::infinity();
+  double low[2] = {infinite, infinite}, high[2] = {-infinite, -infinite};
+  LinePart part;
+  Projected at[8];  // from the line's begin, of the widened domain
+  for (int c = 0; c < 8; ++c) {
+    const Projected x = seen(corner + 3 * c);
+    part.half_width = std::max(part.half_width, std::fabs(x.along));
+    at[c] = {wide * x.x - begin.x, wide * x.y - begin.y, x.along - begin.along};
+    low[0] = std::min(low[0], at[c].x), high[0] = std::max(high[0], at[c].x);
+    low[1] = std::min(low[1], at[c].y), high[1] = std::max(high[1], at[c].y);
+  }
+  if (low[0] > 0.0 || high[0] < 0.0 || low[1] > 0.0 || high[1] < 0.0) return part;
+  for (int k = 0; k < 3; ++k) {
+    const int one = 1 << ((k + 1) % 3), other = 1 << ((k + 2) % 3);
+    for (int side = 0; side < 2; ++side) {
+      const int first = side << k;
+      const int ring[4] = {first, first | one, first | one | other, first | other};
+      Projected centre{0.0, 0.0, 0.0};
+      for (const int c : ring)
+        centre.x += 0.25 * at[c].x, centre.y += 0.25 * at[c].y, centre.along += 0.25 * at[c].along;
+      for (int c = 0; c < 4; ++c) cross_triangle(centre, at[ring[c]], at[ring[(c + 1) % 4]], part);
     }
   }
   return part;
@@ -210,7 +229,7 @@ void for_domains_on_line(const DomainSearch<Dim>& search, const double* position
           squared += across * across;
         }
         if (squared > radius * radius) continue;
-        const LinePart part = part_in_domain<Dim>(domains, p, offset, normal, middle, wide);
+        const LinePart part = part_in_domain(domains, p, offset, normal, middle, wide);
         if (part.begin < part.end) visit(p, part);
       }
     }

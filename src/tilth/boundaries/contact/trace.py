@@ -18,26 +18,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from tilth import _core
 from tilth.arrays import Flags, Floats, Integers
-from tilth.bodies.corners import corner_signs
 from tilth.mpm.grid import ActiveGrid
-from tilth.mpm.keys import find_keys
+from tilth.mpm.keys import field_shift, find_keys
 from tilth.mpm.owned_places import OwnedPlaces
 from tilth.mpm.points import MaterialPoints
-from tilth.mpm.quadrature import PointsInCells, locate_in_cells
-
-FARTHEST = 1.5
-"""Largest local coordinate, 1 on the faces of a domain, that still belongs to the domain: a tracked
-surface is not exactly the domains' boundary."""
-
-ITERATIONS = 12
-"""Newton's iterations for local coordinates; four are enough in a domain that is not degenerate."""
-
-FLAT = 1e-9
-"""Least volume of a domain over that of a cube of its extent for which coordinates are sought."""
-
-ROUND_OFF = 1e-12
-"""Weight of a corner that is round-off."""
+from tilth.mpm.quadrature import PointsInCells
 
 
 @dataclass(frozen=True)
@@ -116,56 +103,6 @@ def with_corners(points: MaterialPoints) -> Flags:
     return found
 
 
-def domain_weights(corner: Floats, offset: Floats) -> tuple[Floats, Flags]:
-    """Returns the weights of a domain's corners at places, and which places belong to it.
-
-    Args:
-        corner: of the domains relative to their points [length], shape (n, 2^dim, dim).
-        offset: of the places from the points [length], shape (n, dim).
-
-    Returns:
-        w_c [-], shape (n, 2^dim), with sum_c w_c = 1 and sum_c w_c x_c the place, and whether the
-        local coordinates are within `FARTHEST`, shape (n,).
-    """
-    dim = offset.shape[1]
-    signs = corner_signs(dim)
-    xi = np.zeros_like(offset)
-    size = np.abs(corner).max(axis=(1, 2), initial=0.0)
-    left = np.arange(len(offset))  # those whose coordinates are not found yet
-    for _ in range(ITERATIONS):
-        hat = 0.5 * (1.0 + signs * xi[left, None])  # (left, corners, dim)
-        error = offset[left] - np.einsum("nc,nci->ni", _product(hat), corner[left])
-        wrong = np.abs(error).max(axis=1, initial=0.0) > 1e-14 * size[left]
-        left, hat, error = left[wrong], hat[wrong], error[wrong]
-        if len(left) == 0:
-            break
-        slope = np.stack(
-            [
-                0.5 * signs[:, k] * _product(hat[..., [i for i in range(dim) if i != k]])
-                for k in range(dim)
-            ],
-            axis=2,
-        )
-        jacobian = corner[left].transpose(0, 2, 1) @ slope
-        flat = np.abs(np.linalg.det(jacobian)) <= FLAT * size[left] ** dim
-        jacobian[flat] = np.eye(dim)
-        change = np.linalg.solve(jacobian, error[:, :, None])[:, :, 0]
-        xi[left] = (xi[left] + np.where(flat[:, None], FARTHEST, change)).clip(-4.0, 4.0)
-    weight = _product(0.5 * (1.0 + signs * xi[:, None]))
-    weight[np.abs(weight) < ROUND_OFF] = 0.0
-    error = np.einsum("nc,nci->ni", weight, corner) - offset
-    inside = (np.abs(xi) <= FARTHEST).all(axis=1)
-    return weight, inside & (np.abs(error).max(axis=1, initial=0.0) <= 1e-9 * size)
-
-
-def _product(factors: Floats) -> Floats:
-    """Returns the products over the last axis, which is short."""
-    result = factors[..., 0]
-    for k in range(1, factors.shape[-1]):
-        result = result * factors[..., k]
-    return np.asarray(result)
-
-
 def trace_of_domains(
     active: ActiveGrid,
     points: MaterialPoints,
@@ -186,31 +123,12 @@ def trace_of_domains(
         position: of the samples on the soil's surface [length], shape (s, dim).
         owner: material point of each sample, shape (s,).
     """
-    whole = trace_in_cells(at)
-    if len(place) == 0:
-        return whole
-    weight, inside = domain_weights(points.corner[owner], position - points.position[owner])
-    place, owner, weight = place[inside], owner[inside], weight[inside]
-    number = np.bincount(place, minlength=whole.count)
-    # samples of one place in one domain together
-    pair, first, sample = np.unique(
-        place * np.int64(len(points)) + owner, return_index=True, return_inverse=True
-    )
-    place, owner = place[first], owner[first]
-    columns = [np.bincount(sample, each, len(pair)) for each in weight.T]
-    weight = np.stack(columns, axis=1)
-    sample, corner = np.nonzero(weight)
-    found = points.position[owner[sample]] + points.corner[owner[sample], corner]
-    field = points.fields_of(owner[sample])
-    order, in_cells = locate_in_cells(active, found, field)
-    node = in_cells.node[in_cells.cell]
-    summand = order.repeat(node.shape[1])
-    share = weight[sample, corner][summand] * in_cells.value.ravel()
-    of = place[sample[summand]]
-    kept = number[whole.place] == 0
-    entries = np.concatenate([whole.place[kept], of])
-    code = entries * np.int64(active.nodes) + np.concatenate([whole.node[kept], node.ravel()])
-    unique, entry = np.unique(code, return_inverse=True)
-    summed = np.bincount(entry, np.concatenate([whole.value[kept], share / number[of]]))
-    value = np.asarray(summed, dtype=np.float64)
-    return Trace(whole.count, unique // active.nodes, unique % active.nodes, value)
+    order = np.argsort(place, kind="stable")
+    start = np.searchsorted(place[order], np.arange(len(at.local) + 1))
+    owner = owner[order]
+    shift = np.broadcast_to(field_shift(points.fields_of(owner)), len(owner))
+    count, node, value = _core.trace_of_domains(
+        start, position[order], owner, np.ascontiguousarray(shift, dtype=np.int64), points.position,
+        points.corner, active.grid, active.cell_keys, active.key, at.start, at.node, at.value,
+    )  # fmt: skip
+    return Trace(len(count), np.repeat(np.arange(len(count)), count), node, value)

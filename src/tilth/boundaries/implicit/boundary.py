@@ -204,16 +204,12 @@ class Implicit:
         grid = self._grid.at_start
         return grid.sizes_at(position) if self._fixed else grid.largest_size
 
-    @property
-    def turns(self) -> bool:
-        """Whether a declared motion of it can turn it."""
-        return self.declared.rotation is not None or self.declared.motion is not None
-
     def _smallest_edge(self) -> float:
         """Returns that of the cells [length]; of a graded grid those along a flat boundary."""
         grid = self._grid.at_start
         size = grid.cell_size
-        keeps_normal = self.body_name is None and not self.turns
+        turns = self.declared.rotation is not None or self.declared.motion is not None
+        keeps_normal = self.body_name is None and not turns
         if grid.graded and keeps_normal and isinstance(self.geometry, (Plane, Footing)):
             size = size[np.abs(self.geometry.normal) <= 1.0 - ROUND_OFF]
         return float(size.min())

@@ -176,10 +176,9 @@ def _trace(
     """Returns the displacement of domains with corners at the points of a boundary near them.
 
     It is the mean over samples of the points' parts; the nodes have their keys for numbers. None
-    without such domains, and in space at boundaries that do not turn, where it costs too much
-    (docs/decisions/0045-trace-of-domains.md). All processes call it.
+    without such domains. All processes call it.
     """
-    if boundary.declared.form != "surface" or (active.grid.dim == 3 and not boundary.turns):
+    if boundary.declared.form != "surface":
         return None
     cornered = with_corners(points)
     if active.comm.max(float(cornered.any())) == 0.0:
