@@ -41,7 +41,7 @@ void umat(double *stress, double *statev, double *ddsdde, double *sse, double *s
           int *kspt, int *jstep, int *kinc) {
   if (*ndi != 3 || *nshr != 3 || *ntens != 6 || *nprops != 5 || *nstatv != 1 || *celent <= 0.0 ||
       memcmp(cmname, "UMAT ", 5) != 0 || cmname[79] != ' ' || drot[0] + drot[4] + drot[8] != 3.0 ||
-      dstran[3] != 0.0 || dstran[4] != 0.0 || dstran[5] != 0.0 || *dtime != 1.0) {
+      dstran[3] != 0.0 || dstran[4] != 0.0 || dstran[5] != 0.0 || *dtime < 0.0) {
     *pnewdt = 0.5;
     return;
   }

@@ -243,6 +243,7 @@ def direct_calls() -> Iterator[Call]:
     yield Call("update_of_gradients", [
         "3d", "von_mises", law, 1e-2 * random.random((3, 3, 3)), tensor, np.zeros((3, 2)), state,
         tensor.copy(), np.zeros((3, 2)), state.copy(), np.zeros((3, 6)), np.zeros((3, 6, 9)),
+        np.array([0.0, 1.0, 0.5]),
     ])  # fmt: skip
     yield Call("principal_update", [
         "von_mises", law, tensor[:, :3].copy(), np.zeros((3, 2)), state, state.copy(),

@@ -80,9 +80,9 @@ def test_written_arrays_are_never_copied(calls: dict[str, list[Call]]) -> None:
 
 @pytest.mark.parametrize("field", ["jacobian_ratio", "jacobian"])
 def test_written_attributes_are_never_copied(calls: dict[str, list[Call]], field: str) -> None:
-    call = next(c for c in calls["stress_update"] if c.arguments[-3] is not None)
+    call = next(c for c in calls["stress_update"] if c.arguments[-4] is not None)
     changed = copy.deepcopy(call)
-    setattr(changed.arguments[-3], field, getattr(changed.arguments[-3], field).astype(np.float32))
+    setattr(changed.arguments[-4], field, getattr(changed.arguments[-4], field).astype(np.float32))
     with pytest.raises(TypeError, match=field):
         changed.make()
 

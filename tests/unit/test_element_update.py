@@ -45,7 +45,7 @@ def update(kind: str, material: str, gradients: Floats) -> tuple[Floats, Floats,
     kirchhoff, tangent = np.empty((count, 6)), np.empty((count, 6, 9))
     _, status = _core.update_of_gradients(
         kind, material, given, gradients, before, np.zeros((count, 2)), state,
-        elastic, plastic, after, kirchhoff, tangent,
+        elastic, plastic, after, kirchhoff, tangent, np.zeros(3),
     )  # fmt: skip
     return kirchhoff, tangent, elastic, status
 
@@ -100,6 +100,6 @@ def test_an_inverted_point_is_reported() -> None:
     found = _core.update_of_gradients(
         "3d", "hencky_elastic", parameters("hencky_elastic"), gradients, np.zeros((3, 6)),
         np.zeros((3, 2)), width, np.zeros((3, 6)), np.zeros((3, 2)), width.copy(),
-        np.zeros((3, 6)), np.zeros((3, 6, 9)),
+        np.zeros((3, 6)), np.zeros((3, 6, 9)), np.zeros(3),
     )  # fmt: skip
     assert found == (1, 1)

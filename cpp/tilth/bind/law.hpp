@@ -74,6 +74,15 @@ inline void require_width(std::int64_t width, std::int64_t count) {
   require(width >= count, "state", "has less columns than the law has state variables");
 }
 
+/// Returns the time that a step takes, (3,): at its start in the stage and in total, and its size.
+inline material::Interval interval_of(const ConstDoubles& interval) {
+  require_size(interval, 3, "interval");
+  require_finite(interval, "interval");
+  const double* time = interval.data();
+  require(time[2] >= 0.0, "interval", "has a negative size");
+  return {time[0], time[1], time[2]};
+}
+
 /// Returns a law of the user; `user` has the attributes of the classes in
 /// src/tilth/model/user_laws.py.
 inline CheckedLaw checked_user_law(nb::handle user, const ConstDoubles& parameters,

@@ -126,7 +126,7 @@ std::tuple<std::int64_t, std::int64_t> update_of_gradients(
     const std::string& kind_name, nb::handle material, ConstDoubles parameters,
     ConstDoubles gradient, ConstDoubles elastic_before, ConstDoubles plastic_before,
     ConstDoubles state_before, Doubles elastic, Doubles plastic, Doubles state, Doubles kirchhoff,
-    Doubles tangent) {
+    Doubles tangent, ConstDoubles interval) {
   const std::int64_t points = points_of(elastic_before, "elastic_before");
   const std::int64_t width = width_of(state_before, points, "state_before");
   require_size(gradient, 9 * points, "gradient");
@@ -137,17 +137,25 @@ std::tuple<std::int64_t, std::int64_t> update_of_gradients(
   require_size(kirchhoff, 6 * points, "kirchhoff");
   require_size(tangent, 54 * points, "tangent");
   kernel::Failure failure;
-  with_kind_and_law(
-      kind_name, material, parameters, points, width, [&](auto kind, const auto& law) {
-        using K = decltype(kind);
-        std::vector<double> response(points * kernel::response_size<K>);
-        const kernel::StressArrays arrays{
-            nullptr,        elastic_before.data(), plastic_before.data(), state_before.data(),
-            elastic.data(), plastic.data(),        state.data(),          response.data(),
-            width};
-        failure = kernel::update_of_gradients<K>(points, law, gradient.data(), arrays,
-                                                 kirchhoff.data(), tangent.data());
-      });
+  with_kind_and_law(kind_name, material, parameters, points, width,
+                    [&](auto kind, const auto& law) {
+                      using K = decltype(kind);
+                      std::vector<double> response(points * kernel::response_size<K>);
+                      const kernel::StressArrays arrays{nullptr,
+                                                        elastic_before.data(),
+                                                        plastic_before.data(),
+                                                        state_before.data(),
+                                                        elastic.data(),
+                                                        plastic.data(),
+                                                        state.data(),
+                                                        response.data(),
+                                                        width,
+                                                        nullptr,
+                                                        nullptr,
+                                                        interval_of(interval)};
+                      failure = kernel::update_of_gradients<K>(points, law, gradient.data(), arrays,
+                                                               kirchhoff.data(), tangent.data());
+                    });
   return {failure.point, static_cast<std::int64_t>(failure.status)};
 }
 
@@ -214,7 +222,7 @@ void bind_materials(nb::module_& module) {
              "Return mapping of elastic deformations (n, 6) taken as trial states.");
   module.def("update_of_gradients", &update_of_gradients, "kind"_a, "material"_a, "parameters"_a,
              "gradient"_a, "elastic_before"_a, "plastic_before"_a, "state_before"_a, "elastic"_a,
-             "plastic"_a, "state"_a, "kirchhoff"_a, "tangent"_a,
+             "plastic"_a, "state"_a, "kirchhoff"_a, "tangent"_a, "interval"_a,
              "Stress update for the step's displacement gradients (n, 3, 3); fills also the "
              "Kirchhoff stress (n, 6) and its derivative (n, 6, 9). Returns as stress_update.");
   module.def("principal_update", &principal_update, "material"_a, "parameters"_a, "trial"_a,

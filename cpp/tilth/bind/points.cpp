@@ -57,7 +57,7 @@ std::tuple<std::int64_t, std::int64_t> stress_update(
     nb::handle stencil_handle, ConstDoubles displacement, ConstDoubles position,
     ConstDoubles elastic_before, ConstDoubles plastic_before, ConstDoubles state_before,
     Doubles elastic, Doubles plastic, Doubles state, Doubles response, nb::handle centres_handle,
-    ConstFlags torn_off, Flags kept) {
+    ConstFlags torn_off, Flags kept, ConstDoubles interval) {
   const StencilView stencil(stencil_handle);
   const CentresView centres(centres_handle);
   const std::int64_t n = stencil.points(), width = columns_of(state, "state");
@@ -89,7 +89,8 @@ std::tuple<std::int64_t, std::int64_t> stress_update(
                                     response.data(),
                                     width,
                                     tears ? torn_off.data() : nullptr,
-                                    tears ? kept.data() : nullptr};
+                                    tears ? kept.data() : nullptr,
+                                    interval_of(interval)};
   const CheckedLaw checked = checked_law(material, parameters, n, width);
   kernel::Failure failure;
   nb::gil_scoped_release release;
@@ -384,10 +385,11 @@ void bind_points(nb::module_& module) {
   module.def("stress_update", &stress_update, "kind"_a, "material"_a, "parameters"_a, "stencil"_a,
              "displacement"_a, "position"_a, "elastic_before"_a, "plastic_before"_a,
              "state_before"_a, "elastic"_a, "plastic"_a, "state"_a, "response"_a,
-             nb::arg("centres").none(), "torn_off"_a, "kept"_a,
+             nb::arg("centres").none(), "torn_off"_a, "kept"_a, "interval"_a,
              "Stress update of all points; returns (point, status): (-1, 0) or the first failure "
              "(status 1: inverted, 2: return mapping). Points that are torn_off may keep their "
-             "shape; it fills kept. Both are empty if none is.");
+             "shape; it fills kept. Both are empty if none is. interval (3,): the time at the "
+             "start of the step in the stage and in total, and its size.");
   module.def("internal_force", &internal_force, "kind"_a, "stencil"_a, "volume"_a, "position"_a,
              "response"_a, "force"_a, nb::arg("centres").none(),
              "Adds the internal force to force (nodes, dim).");

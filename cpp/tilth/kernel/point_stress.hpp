@@ -28,6 +28,7 @@ struct StressArrays {
   std::int64_t state_width;        // columns of the state arrays, at least state_count
   const bool* torn_off = nullptr;  // (n) torn off at an edge of the soil; null if none is
   bool* kept = nullptr;            // (n) which of them keep their shape; null with torn_off
+  material::Interval interval = {};
 };
 
 /// Whether a point that is torn off keeps its shape in the step: it bears nothing, and would be
@@ -147,8 +148,8 @@ inline Returned update_material(const material::PointLaw& law, const Batch& batc
     of_law.point[lane] = batch.point[lane];
     if (good[lane]) of_law.wanted |= 1u << lane;
   }
-  law.update(of_law,
-             {arrays.plastic_before, arrays.state_before, arrays.state, arrays.state_width});
+  law.update(of_law, {arrays.plastic_before, arrays.state_before, arrays.state, arrays.state_width,
+                      arrays.interval});
   Returned returned;
   returned.failed = of_law.failed;
   returned.any_yields = 0;

@@ -12,12 +12,20 @@
 
 namespace tilth::material {
 
+/// The time that a step takes [time]. Laws of the list do not depend on it.
+struct Interval {
+  double in_stage = 0.0;  // at its start, since the stage began
+  double total = 0.0;     // at its start, since the analysis began
+  double size = 0.0;      // 0 where nothing takes time, as in strength reduction
+};
+
 /// State of the points of one body; rows of `width` columns.
 struct StateArrays {
   const double* plastic_before;  // (n, 2) equivalent plastic strain, dissipation density
   const double* before;          // (n, width)
   double* after;                 // (n, width)
   std::int64_t width;
+  Interval interval = {};
 };
 
 /// Trial strains of up to `lane_count` points and the results, in principal axes.

@@ -56,7 +56,7 @@ class UmatLaw final : public UserLaw {
  protected:
   std::int64_t state_count() const override { return UserLaw::state_count() + further_state; }
 
-  bool evaluate(std::int64_t p, const double trial[3], double /*plastic_strain*/,
+  bool evaluate(std::int64_t p, const double trial[3], const StateArrays& arrays,
                 const double* state_before, double* state, double tau[3], double elastic[3],
                 double tangent[3][3]) const override {
     const auto own = static_cast<int>(initial().size());
@@ -72,7 +72,7 @@ class UmatLaw final : public UserLaw {
       increment[a] = trial[order[a]] - start[a];
     }
     double pnewdt = 1.0;
-    call(p, stress, state, ddsdde, strain, increment, pnewdt);
+    call(p, arrays.interval, stress, state, ddsdde, strain, increment, pnewdt);
     if (pnewdt < 1.0) return false;
     const double size =
         std::max({std::fabs(stress[0]), std::fabs(stress[1]), std::fabs(stress[2])});
@@ -107,11 +107,13 @@ class UmatLaw final : public UserLaw {
   int properties_;
 
   /// Calls the routine; it gets copies of what it must not change.
-  void call(std::int64_t p, double stress[6], double* state, double ddsdde[36], double strain[6],
-            double increment[6], double& pnewdt) const {
+  void call(std::int64_t p, const Interval& interval, double stress[6], double* state,
+            double ddsdde[36], double strain[6], double increment[6], double& pnewdt) const {
     double sse = 0.0, spd = 0.0, scd = 0.0, rpl = 0.0, drpldt = 0.0, temperature = 0.0;
-    double temperature_change = 0.0, predefined = 0.0, predefined_change = 0.0, duration = 1.0;
-    double ddsddt[6] = {}, drplde[6] = {}, time[2] = {}, coords[3] = {};
+    double temperature_change = 0.0, predefined = 0.0, predefined_change = 0.0,
+           duration = interval.size;
+    double ddsddt[6] = {}, drplde[6] = {}, time[2] = {interval.in_stage, interval.total},
+           coords[3] = {};
     double rotation[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1}, gradient_before[9], gradient[9];
     std::copy(rotation, rotation + 9, gradient_before);
     std::copy(rotation, rotation + 9, gradient);

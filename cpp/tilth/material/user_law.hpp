@@ -38,8 +38,8 @@ class UserLaw : public PointLaw {
       const double* before = state.before + state.width * p;
       double* after = state.after + state.width * p;
       std::copy(before, before + state_count(), after);
-      if (!evaluate(p, trial, state.plastic_before[2 * p], before, after, tau, elastic, tangent) ||
-          !all_finite(tau, 3) || !all_finite(elastic, 3) || !all_finite(tangent[0], 9) ||
+      if (!evaluate(p, trial, state, before, after, tau, elastic, tangent) || !all_finite(tau, 3) ||
+          !all_finite(elastic, 3) || !all_finite(tangent[0], 9) ||
           !all_finite(after, state_count())) {
         batch.failed |= 1u << lane;
         continue;
@@ -71,7 +71,7 @@ class UserLaw : public PointLaw {
 
  protected:
   /// As `update` of a `Law`, of point p; `state` holds `state_before` at first.
-  virtual bool evaluate(std::int64_t p, const double trial[3], double plastic_strain,
+  virtual bool evaluate(std::int64_t p, const double trial[3], const StateArrays& arrays,
                         const double* state_before, double* state, double tau[3], double elastic[3],
                         double tangent[3][3]) const = 0;
 
@@ -111,12 +111,12 @@ class CompiledLaw final : public UserLaw {
       : UserLaw(parameters, stride, std::move(initial), std::move(label)), function_(function) {}
 
  protected:
-  bool evaluate(std::int64_t p, const double trial[3], double plastic_strain,
+  bool evaluate(std::int64_t p, const double trial[3], const StateArrays& arrays,
                 const double* state_before, double* state, double tau[3], double elastic[3],
                 double tangent[3][3]) const override {
     return user_code::call(label(), [&] {
-             return function_(parameters(p), trial, plastic_strain, state_before, state, tau,
-                              elastic, tangent[0]);
+             return function_(parameters(p), trial, arrays.plastic_before[2 * p], state_before,
+                              state, tau, elastic, tangent[0]);
            }) == 0;
   }
 

@@ -57,6 +57,7 @@ from tilth.mpm.distribution import Distribution, KeyedRows
 from tilth.mpm.domains import bound_domains
 from tilth.mpm.grid import ActiveGrid, Buffers, locate
 from tilth.mpm.initial_points import initial_points, present_points
+from tilth.mpm.interval import INSTANT, Interval
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.shear_strength import shear_strength
 from tilth.mpm.soil import Soil
@@ -332,9 +333,9 @@ class Simulation:
         """
         return check_first_step(self, in_advance)
 
-    def soil_on(self, active: ActiveGrid) -> Soil:
-        """Returns the soil on the grid of a step."""
-        return Soil(self.points, active, self.kind, self.timers, self.distribution.own)
+    def soil_on(self, active: ActiveGrid, interval: Interval = INSTANT) -> Soil:
+        """Returns the soil on the grid of a step that takes this time."""
+        return Soil(self.points, active, self.kind, self.timers, self.distribution.own, interval)
 
     def locate(self, time: float) -> ActiveGrid:
         """Locates the points on the grid of the step that begins at `time`; returns it.
@@ -406,7 +407,8 @@ class Simulation:
         if self.dynamics is not None:
             self.dynamics.begin(self, before, after - before)
         step = self.prepare(before, after)
-        soil = self.soil_on(step.active)
+        interval = Interval(before, self.model.stage.start + before, after - before)
+        soil = self.soil_on(step.active, interval)
         terms, drag = self.terms(step, soil), None
         creeps = is_short or (self.has_friction and step.driven > 0.0)
         if creeps and self.dynamics is None and self.relaxation is None:

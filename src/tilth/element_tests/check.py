@@ -13,6 +13,7 @@ from tilth.element_tests.point import ElementPoint
 from tilth.element_tests.run import specimen_of, taken_steps
 from tilth.errors import StepFailed
 from tilth.model import ElementCase
+from tilth.mpm.interval import INSTANT, Interval
 
 TOLERANCE = 1e-6
 """Largest error of a tangent that passes [-]."""
@@ -78,7 +79,7 @@ def check_tangents(case: ElementCase, seed: int = 1) -> Iterator[TangentCheck]:
                     own = taken.deformation_gradient @ backward - np.eye(3)
                     size = np.abs(own).max() * 10.0 ** random.uniform(-1.0, 1.0)
                     for gradient in (own, size * random.normal(size=(3, 3))):
-                        error = tangent_error(taken.before, gradient)
+                        error = tangent_error(taken.before, gradient, taken.interval)
                         if error is None:
                             skipped += 1
                         else:
@@ -90,7 +91,9 @@ def check_tangents(case: ElementCase, seed: int = 1) -> Iterator[TangentCheck]:
             yield TangentCheck(test.name, name, law, len(errors), skipped, *worst, stopped)
 
 
-def tangent_error(point: ElementPoint, gradient: Floats) -> float | None:
+def tangent_error(
+    point: ElementPoint, gradient: Floats, interval: Interval = INSTANT
+) -> float | None:
     """Returns the largest error of a tangent, as in `TangentCheck`; None if there is none.
 
     Central differences with several intervals are formed, and the best one counts. Where it differs
@@ -100,11 +103,13 @@ def tangent_error(point: ElementPoint, gradient: Floats) -> float | None:
     Args:
         point: the state before the step.
         gradient: displacement gradient of the step [-], shape (3, 3).
+        interval: the time that the step takes.
     """
     shifts = np.concatenate([h * np.eye(9).reshape(9, 3, 3) for h in INTERVALS])
     try:
-        here = point.update(np.stack([gradient, np.zeros((3, 3))]))
-        above, below = point.update(gradient + shifts), point.update(gradient - shifts)
+        here = point.update(np.stack([gradient, np.zeros((3, 3))]), interval)
+        above = point.update(gradient + shifts, interval)
+        below = point.update(gradient - shifts, interval)
     except StepFailed:
         return None
     stress, tangent = here.kirchhoff[0], here.tangent[0].reshape(6, 9)

@@ -12,6 +12,7 @@ from tilth.arrays import Floats
 from tilth.errors import BadInput, StepFailed
 from tilth.model.laws import EXCESS_PORE_PRESSURE, Law
 from tilth.model.materials import Material
+from tilth.mpm.interval import INSTANT, Interval
 from tilth.mpm.soil import INVERTED
 
 ROWS, COLUMNS = (0, 1, 2, 0, 1, 0), (0, 1, 2, 1, 2, 2)
@@ -96,19 +97,22 @@ class ElementPoint:
             raise BadInput(what, "start from a stress inside the yield surface")
         return replace(point, state=found.state)
 
-    def deformed(self, deformation_gradient: Floats) -> tuple[ElementPoint, Floats]:
+    def deformed(
+        self, deformation_gradient: Floats, interval: Interval = INSTANT
+    ) -> tuple[ElementPoint, Floats]:
         """Returns the point after one step, and the tangent d stress / d F [stress], (6, 3, 3).
 
         The derivative is the consistent one, of the Cauchy stress at the end of the step.
 
         Args:
             deformation_gradient: F at the end of the step, shape (3, 3).
+            interval: the time that the step takes.
 
         Raises:
             StepFailed: the point inverts, or its return mapping fails.
         """
         backward = np.linalg.inv(self.deformation_gradient)
-        updates = self.update((deformation_gradient @ backward - np.eye(3))[None])
+        updates = self.update((deformation_gradient @ backward - np.eye(3))[None], interval)
         jacobian = np.linalg.det(deformation_gradient)
         stress = updates.kirchhoff[0] / jacobian
         inverse = np.linalg.inv(deformation_gradient)
@@ -123,11 +127,12 @@ class ElementPoint:
         )
         return after, slope / jacobian - np.multiply.outer(stress, inverse.T)
 
-    def update(self, gradients: Floats) -> Updates:
+    def update(self, gradients: Floats, interval: Interval = INSTANT) -> Updates:
         """Returns what `n` different steps from this state give.
 
         Args:
             gradients: displacement gradients of the steps [-], shape (n, 3, 3).
+            interval: the time that each of the steps takes.
 
         Raises:
             StepFailed: as `deformed`, for any of the steps.
@@ -147,7 +152,7 @@ class ElementPoint:
         _, status = _core.update_of_gradients(
             _KIND, self.law.core, self.parameters, gradients, repeated(self.elastic_deformation),
             repeated(self.plastic), repeated(self.state), found.elastic, found.plastic,
-            found.state, found.kirchhoff, found.tangent,
+            found.state, found.kirchhoff, found.tangent, interval.array,
         )  # fmt: skip
         if status:
             inverted = "the material point inverted (det F <= 0)"

@@ -21,16 +21,18 @@ from tilth.model import ElementCase, ElementTest
 from tilth.model.element_tests import Biaxial, SimpleShear, Triaxial
 from tilth.model.isotropic import ParametersAt
 from tilth.model.problems import dotted
+from tilth.mpm.interval import Interval
 from tilth.mpm.user_moduli import require_declared_moduli
 from tilth.output.folder import make_folder, require_empty
 
 
 @dataclass(frozen=True)
 class TakenStep:
-    """A step of a test: the point before it, and the deformation gradient (3, 3) after it."""
+    """A step of a test: the point before it, the deformation gradient (3, 3) after it, its time."""
 
     before: ElementPoint
     deformation_gradient: Floats
+    interval: Interval
 
 
 def element(
@@ -114,8 +116,9 @@ def taken_steps(test: ElementTest, specimen: Specimen) -> Iterator[tuple[Row, Ta
     """
     for number, stage in enumerate(stages_of(test, specimen), start=1):
         for step in range(1, stage.steps + 1):
-            before = specimen.point
-            iterations = advance(specimen, stage, (step - 1) / stage.steps, step / stage.steps)
+            before, begin, end = specimen.point, (step - 1) / stage.steps, step / stage.steps
+            interval = stage.interval(specimen.time, begin, end)
+            iterations = advance(specimen, stage, begin, end)
             point = specimen.point
             row = Row(number, point, specimen.strain, iterations, stage.pore_pressure(point))
-            yield row, TakenStep(before, point.deformation_gradient)
+            yield row, TakenStep(before, point.deformation_gradient, interval)

@@ -27,6 +27,7 @@ from tilth.model.element_tests import (
     StressStrainPath,
     Triaxial,
 )
+from tilth.mpm.interval import Interval
 
 XX, YY, ZZ, XY = range(4)
 NORMAL = [XX, YY, ZZ]
@@ -39,10 +40,12 @@ class Specimen:
     Attributes:
         point: its state.
         strain: components that its stage controls, see `kinematics.py` [-], shape (6,).
+        time: since the test began [time].
     """
 
     point: ElementPoint
     strain: Floats
+    time: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -59,6 +62,7 @@ class Stage:
         total: a component and its total stress [stress], which remains while the volume is
             constant: less the effective stress it is the pore pressure. None in drained stages, and
             for laws with a pore fluid of their own.
+        duration: of the stage [time]; 1 where the test declares no times.
     """
 
     kinematics: Kinematics
@@ -69,6 +73,11 @@ class Stage:
     tied: bool = False
     logarithmic: bool = False
     total: tuple[int, float] | None = None
+    duration: float = 1.0
+
+    def interval(self, time: float, before: float, after: float) -> Interval:
+        """Returns that of a step between fractions of the stage, which begins at a time."""
+        return Interval(before * self.duration, time, (after - before) * self.duration)
 
     def pore_pressure(self, point: ElementPoint) -> float | None:
         """Returns the excess pore pressure [stress], compression positive; None if drained."""
@@ -198,7 +207,10 @@ def _path(test: StressStrainPath, specimen: Specimen) -> Iterator[Stage]:
         return values
 
     for before, after in pairwise(times):
-        yield Stage(without_rotation, stressed, given(before), given(after), test.steps)
+        yield Stage(
+            without_rotation, stressed, given(before), given(after), test.steps,
+            duration=after - before,
+        )  # fmt: skip
 
 
 def _isochoric(drainage: str, point: ElementPoint) -> bool:

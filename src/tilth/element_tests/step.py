@@ -13,6 +13,7 @@ from tilth.element_tests.point import ElementPoint
 from tilth.element_tests.stages import Specimen, Stage
 from tilth.errors import StepFailed
 from tilth.model.element_tests import GREATEST_STRAIN
+from tilth.mpm.interval import Interval
 
 TOLERANCE = 1e-12
 """Largest difference of a given and a computed stress over the largest stress."""
@@ -41,12 +42,14 @@ def advance(specimen: Specimen, stage: Stage, before: float, after: float) -> in
 
 def _advance(specimen: Specimen, stage: Stage, before: float, after: float, halvings: int) -> int:
     try:
-        point, strain, iterations = _solve(specimen, stage, stage.given(after))
+        interval = stage.interval(specimen.time, before, after)
+        point, strain, iterations = _solve(specimen, stage, stage.given(after), interval)
     except StepFailed:
         if halvings == MOST_HALVINGS:
             raise
     else:
         specimen.point, specimen.strain = point, strain
+        specimen.time += interval.size
         return iterations
     middle = 0.5 * (before + after)
     first = _advance(specimen, stage, before, middle, halvings + 1)
@@ -71,7 +74,9 @@ class _Trial:
         return float(np.linalg.norm(self.residual))
 
 
-def _solve(specimen: Specimen, stage: Stage, given: Floats) -> tuple[ElementPoint, Floats, int]:
+def _solve(
+    specimen: Specimen, stage: Stage, given: Floats, interval: Interval
+) -> tuple[ElementPoint, Floats, int]:
     """Returns point and strains at the end of a step, and the number of corrections."""
     unknowns = stage.unknowns
 
@@ -79,7 +84,7 @@ def _solve(specimen: Specimen, stage: Stage, given: Floats) -> tuple[ElementPoin
         if not np.abs(strain).max() <= 2.0 * GREATEST_STRAIN:
             raise StepFailed("no strain was found that has the given stress")
         gradient, slope = stage.kinematics(strain)
-        point, tangent = specimen.point.deformed(gradient)
+        point, tangent = specimen.point.deformed(gradient, interval)
         missing = np.where(stage.stressed, given - point.stress, 0.0)
         by_strain = np.einsum("kij,ijl->kl", tangent, slope)
         return _Trial(strain, point, by_strain, unknowns.T @ missing)

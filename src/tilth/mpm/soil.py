@@ -18,6 +18,7 @@ from tilth.model.laws import laws
 from tilth.mpm.domains import MovedDomains, move_domain_faces, moved_domains, update_domains
 from tilth.mpm.f_bar import Centres
 from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.interval import INSTANT, Interval
 from tilth.mpm.plastic_volumes import PlasticVolumes, with_volume_change
 from tilth.mpm.points import ElasticModuli, MaterialPoints
 from tilth.mpm.torn_off import torn_off
@@ -85,6 +86,7 @@ class Soil:
         kind: "plane_strain", "axisymmetric" or "3d".
         timers: takes the time of the kernels.
         own: which points this process owns, shape (n,); all if not given.
+        interval: the time that the step takes.
 
     Attributes:
         past: plastic flow in the step that cannot be undone; None without.
@@ -97,11 +99,13 @@ class Soil:
         kind: str,
         timers: Timers,
         own: Flags | None = None,
+        interval: Interval = INSTANT,
     ) -> None:
         self.points = points
         self.active = active
         self.kind = kind
         self._timers = timers
+        self._interval = interval.array
         with timers.measure("basis"):
             self._centres = [
                 Centres.of(points.part(body), stencil, active, kind)
@@ -160,7 +164,7 @@ class Soil:
                     self.kind, body.law.core, points.parameters_of(body), stencil, displacement,
                     points.position[s], elastic[s], plastic[s], state[s],
                     trial.elastic[s], trial.plastic[s], trial.state[s], trial.response[s], centres,
-                    self._torn_off[s], self._kept[s],
+                    self._torn_off[s], self._kept[s], self._interval,
                 )  # fmt: skip
                 if status:
                     number = int(points.point_id[body.start + point])
