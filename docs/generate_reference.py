@@ -16,6 +16,8 @@ from pydantic.fields import FieldInfo
 
 from tilth import model
 from tilth.model.base import Declared, meaning_of
+from tilth.model.isotropic import AnyMaterial
+from tilth.model.parameter_kinds import KINDS
 from tilth.model.settings import COLOURS, COLOURS_OF_WATER
 
 PAGE = Path(__file__).parent / "reference" / "case_file.md"
@@ -83,6 +85,8 @@ TYPE_DESCRIPTIONS = {
     "AxisOrDirection": '`"x"`, `"y"`, `"z"`, or a list of numbers',
     "Faces": 'list of `"x-"`, `"x+"`, `"y-"`, `"y+"`, `"z-"`, `"z+"`',
     "Numbers": "list of numbers",
+    "KindsInOrder": "list of [kinds](#kinds-of-parameters)",
+    "Kind": "one of the [kinds](#kinds-of-parameters)",
     "NumbersByName": "table name = number",
     "StateVariables": "list of tables, or a whole number",
     "PythonFunction": 'text `"file.py:name"`',
@@ -264,6 +268,10 @@ def page() -> str:
             model.DruckerPrager, model.ModifiedCamClay, model.UserPython, model.UserCompiled,
             model.UserUmat,
         ),
+        "### Kinds of parameters\n\nEvery number of a law is of a kind. Strength reduction divides "
+        "it by the factor of safety F or keeps it, as the kind says; a law of your own "
+        "[declares the kinds of its numbers](../howto/write_your_own_material.md#factor-of-safety)."
+        "\n\n" + _kinds(),
         "### Parameters that vary\n\nInstead of a number, a material parameter other than the "
         "density may be one of these tables. It is evaluated once at the initial position of each "
         "material point and then stays with the point; every value must be one that the parameter "
@@ -356,11 +364,28 @@ def element_page() -> str:
 def _section(heading: str, cls: type[Declared], level: int = 2) -> str:
     """Returns a heading, the docstring of the class and the table of its keys."""
     keys = sorted(cls.model_fields, key=lambda key: not _selects_kind(cls, key))
+    if issubclass(cls, AnyMaterial):
+        head = "| key | type | default | kind | meaning |\n| --- | --- | --- | --- | --- |"
+    else:
+        head = "| key | type | default | meaning |\n| --- | --- | --- | --- |"
     rows = "\n".join(_row(cls, key) for key in keys)
     return (
         f"{'#' * level} {heading}\n\n{inspect.getdoc(cls)} In Python: `tilth.{cls.__name__}`.\n\n"
-        f"| key | type | default | meaning |\n| --- | --- | --- | --- |\n{rows}"
+        f"{head}\n{rows}"
     )
+
+
+def _kinds() -> str:
+    """Returns the table of the kinds of parameters."""
+    effects = {
+        None: "keeps it", "value": "divides it", "tangent": "divides its tangent",
+        "limited": "keeps it, at most the reduced friction", "never": "refuses the law",
+    }  # fmt: skip
+    rows = "\n".join(
+        f'| `"{kind}"` | {rules.unit} | {effects[rules.reduced]} | {_cell(rules.meaning)} |'
+        for kind, rules in KINDS.items()
+    )
+    return f"| kind | unit | strength reduction | meaning |\n| --- | --- | --- | --- |\n{rows}"
 
 
 def _variants(key: str, *classes: type[Declared], level: int = 3) -> list[str]:
@@ -372,7 +397,9 @@ def _row(cls: type[Declared], key: str) -> str:
     field = cls.model_fields[key]
     meaning = meaning_of(cls, key) or "Selects the kind of entry."
     name = field.alias or key
-    return f"| `{name}` | {_type(cls, key)} | {_default(cls, key, field)} | {_cell(meaning)} |"
+    kind = f" {cls.kinds.get(key, '-')} |" if issubclass(cls, AnyMaterial) else ""
+    first = f"| `{name}` | {_type(cls, key)} | {_default(cls, key, field)} |"
+    return f"{first}{kind} {_cell(meaning)} |"
 
 
 def _type(cls: type[Declared], key: str) -> str:

@@ -125,6 +125,7 @@ def material(law: str, folder: Path, **changed: Any) -> dict[str, Any]:
             "library": str(library(folder, UMAT_IN_C)),
             "routine": "umat",
             "properties": [*ELASTIC.values(), *PLASTIC.values(), 0.0],
+            "property_kinds": [*of_page("user_umat")["property_kinds"], "stress"],
         }
     else:
         entries = of_page(law)

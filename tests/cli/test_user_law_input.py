@@ -96,6 +96,10 @@ class One(Fails):
     def update(self, trial, plastic_strain, state):
         return trial
 
+class Elastic(Bare):
+    def update(self, trial, plastic_strain, state):
+        return STRESS
+
 class Nan(Bare):
     def update(self, trial, plastic_strain, state):
         nothing = np.full((len(trial), 3), np.nan)
@@ -206,6 +210,14 @@ WRONG: dict[str, tuple[tuple[str, tuple[str, str] | None], list[str]]] = {
         (UMAT, ('"umat"', '"umat_"')),
         ['materials.clay.routine = "umat_"', "has no routine of this name", "nm -D libc_umat.so"],
     ),
+    "a kind that there is not": (
+        (COMPILED, ('unit = "stress"', 'unit = "stress", kind = "cohesion"')),
+        ['materials.clay.state_variables[0].kind = "cohesion"', '"friction angle"'],
+    ),
+    "a kind too many": (
+        (UMAT, ('routine = "umat"', 'routine = "umat"\nproperty_kinds = ["stiffness"]')),
+        ["materials.clay.property_kinds", "has 1 entries, but `properties` has 5"],
+    ),
     "other elastic constants": (
         (UMAT, ("young_modulus = 1e6", "young_modulus = 2e6")),
         ["materials.clay: ", "`umat` in `libc_umat.so`", "bulk modulus", "with which the law"],
@@ -276,6 +288,28 @@ def test_a_law_without_a_stress(tilth: Tilth, case: Case, tmp_path: Path) -> Non
     words = " ".join(outcome.err.split())
     assert "step 1 to time" in words
     assert "the law `Nan` in `laws.py` found no stress for a material point" in words
+
+
+def test_a_law_that_does_not_say_what_it_is_has_no_factor_of_safety(
+    tilth: Tilth, case: Case, tmp_path: Path
+) -> None:
+    """It is refused before the run; the law itself is good enough for `tilth check`."""
+    file = written(case, *python_class("Elastic"))
+    assert tilth("check", file).code == 0
+    outcome = tilth("safety", file, "--out", tmp_path / "out")
+    assert outcome.code == 2, outcome
+    for part in (
+        str(file),
+        "materials.clay.class = ",
+        "laws.py:Elastic",
+        "does not say what its parameters `young_modulus`, `poisson_ratio`, `yield_stress`, "
+        "`hardening_modulus` are, so that its strength cannot be reduced",
+        'give the class `parameter_kinds = {"young_modulus": ...',
+        '"stiffness", "strength", "hardening"',
+    ):
+        assert part in outcome.err, outcome.err
+    assert "Traceback" not in outcome.err
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.slow

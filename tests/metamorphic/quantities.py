@@ -3,6 +3,11 @@
 
 from __future__ import annotations
 
+from typing import get_args
+
+from tilth.model.materials import Material
+from tilth.model.parameter_kinds import KINDS
+
 Units = tuple[float, float, float]
 """Powers of the units of length, stress and time."""
 
@@ -16,17 +21,24 @@ VECTORS: dict[str, Units] = {
     "traction": STRESS, "coefficient": PURE,
 }  # fmt: skip
 
-NUMBERS: dict[str, Units] = {
-    **dict.fromkeys(
-        ("young_modulus", "yield_stress", "hardening_modulus", "undrained_shear_strength",
-         "cohesion", "residual_cohesion", "shear_modulus", "shear_limit", "tensile_strength",
-         "preconsolidation_pressure", "pore_fluid_bulk_modulus", "pressure", "vertical_pressure"),
-        STRESS,
-    ),
-    **dict.fromkeys(("radius", "spacing", "softening_length"), LENGTH),
-    **dict.fromkeys(("density", "saturated_density"), (-2, 1, 2)),
-    "unit_weight": (-1, 1, 0),
+OF_KINDS: dict[str, Units] = {
+    "stress": STRESS, "length": LENGTH, "mass / length^3": (-2, 1, 2), "-": PURE, "degrees": PURE,
 }  # fmt: skip
+
+OF_MATERIALS: dict[str, Units] = {
+    key: OF_KINDS[KINDS[kind].unit]
+    for cls in get_args(get_args(Material)[0])
+    for key, kind in cls.kinds.items()
+    if key in cls.model_fields
+}
+"""Entries of materials, by the kinds that their laws declare."""
+
+NUMBERS: dict[str, Units] = {
+    **OF_MATERIALS,
+    **dict.fromkeys(("shear_limit", "tensile_strength", "pressure", "vertical_pressure"), STRESS),
+    **dict.fromkeys(("radius", "spacing"), LENGTH),
+    "unit_weight": (-1, 1, 0),
+}
 
 OF_TABLES: dict[tuple[str, str], Units] = {
     ("schedule", "end"): TIME, ("damping", "mass"): RATE, ("damping", "stiffness"): TIME,
@@ -39,13 +51,10 @@ FACTORS = frozenset({"factor", "force_factor", "release"})
 """Rows (time, factor)."""
 
 PLAIN = frozenset({
-    "K0", "activate", "anti_locking", "basis", "bodies", "body", "boundary", "compression_index",
-    "condition", "critical_state_slope", "deactivate", "dilation_angle", "fit", "friction",
-    "friction_angle", "kind", "material", "materials", "maximum_iterations", "minimum_step",
-    "model", "name", "overconsolidation_ratio", "poisson_ratio", "report",
-    "residual_friction_angle",
-    "scheme", "separates", "soil", "softening_strain", "solver", "spectral_radius", "steps",
-    "swelling_index", "tangential", "time", "title", "tolerance", "type", "velocity_update",
-    "wished_in_place", "format", "reset",
+    "K0", "activate", "anti_locking", "basis", "bodies", "body", "boundary", "condition",
+    "deactivate", "fit", "friction", "kind", "material", "materials", "maximum_iterations",
+    "minimum_step", "model", "name", "report", "scheme", "separates", "soil", "solver",
+    "spectral_radius", "steps", "tangential", "time", "title", "tolerance", "type",
+    "velocity_update", "wished_in_place", "format", "reset",
 })  # fmt: skip
 """Keys whose values mean the same in every frame."""

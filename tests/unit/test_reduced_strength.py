@@ -5,13 +5,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from small_problems import block_entries
+from small_problems import block_entries, declared
 
 from tilth import (
     DruckerPrager,
     HenckyElastic,
     Model,
-    ModifiedCamClay,
     MohrCoulomb,
     Tresca,
     VonMises,
@@ -153,7 +152,10 @@ def test_elastic_soil_stays_and_cam_clay_is_refused() -> None:
     elastic = HenckyElastic(**PARTS)
     found = elastic.reduced_parameters(parameters_of(elastic), 2.0)
     np.testing.assert_array_equal(found, parameters_of(elastic))
-    assert not ModifiedCamClay.is_reducible
+    clay = declared("modified_cam_clay")
+    (problem,) = clay.irreducible("materials.clay", clay.law, None)
+    assert problem.key == "materials.clay.model"
+    assert not list(elastic.irreducible("materials.rock", elastic.law, None))
 
 
 @pytest.mark.parametrize("fluid", [None, 1e5])

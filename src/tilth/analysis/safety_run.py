@@ -58,7 +58,7 @@ def safety(
     if isinstance(model, Model):
         if out is None:
             raise BadInput("missing", "give the folder of the results", key="out")
-        require_reducible(model.of_stages[-1])
+        require_reducible(model.of_stages[-1], settings.davis if settings else None)
         until = None if model.output.checkpoint_every else end_time(model)  # has a checkpoint
         run(model, out, threads=threads, until=until, overwrite=overwrite, quiet=quiet)
         folder = Path(out)

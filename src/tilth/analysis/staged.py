@@ -195,7 +195,7 @@ class StagedAnalysis:
         for model in self.models:
             for _, reduction in model.stage.reductions:
                 try:
-                    require_reducible(model)
+                    require_reducible(model, reduction.davis)
                 except BadInput as error:
                     raise error.during(f"in the stage {reduction.name!r}") from error
         active, first = self.simulation.check(), int(self._before is None)

@@ -4,14 +4,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, model_validator
 
 from tilth.errors import Problem
 from tilth.model.fields import Real
-from tilth.model.isotropic import ParametersAt, PoissonRatio, PoreFluid, Values
+from tilth.model.isotropic import ParametersAt, PoissonRatio, PoreFluid
+from tilth.model.parameter_kinds import Kind, Values
 from tilth.model.problems import reject, rejection
 from tilth.model.variation import VaryingPositive, or_varying
 
@@ -71,6 +72,25 @@ class ModifiedCamClay(PoreFluid):
     `preconsolidation_pressure`, or neither where [[initial.stress]] gives the overconsolidation."""
     preconsolidation_pressure: VaryingPositive | None = None
     """Mean effective stress at the tip of the initial yield surface [stress], > 0."""
+
+    kinds: ClassVar[Mapping[str, Kind]] = {
+        **PoreFluid.kinds,
+        "compression_index": "strain",
+        "compression_slope": "strain",
+        "swelling_index": "strain",
+        "swelling_slope": "strain",
+        "critical_state_slope": "friction slope",
+        "shear_modulus": "stiffness",
+        "shear_modulus_ratio": "per strain",
+        "poisson_ratio": "dimensionless",
+        "overconsolidation_ratio": "overconsolidation",
+        "preconsolidation_pressure": "preconsolidation",
+        "reference_pressure": "stress",
+    }
+    state_kinds: ClassVar[Mapping[str, Kind]] = {
+        **PoreFluid.state_kinds,
+        "preconsolidation_pressure": "preconsolidation",
+    }
 
     @property
     def dilates(self) -> bool:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
@@ -15,24 +15,16 @@ from tilth.errors import Problem
 from tilth.model.base import Declared
 from tilth.model.davis import DavisForm
 from tilth.model.fields import Flag, NotNegative, Real
-from tilth.model.laws import Law, laws
+from tilth.model.laws import EXCESS_PORE_PRESSURE, Law, laws
+from tilth.model.parameter_kinds import Kind, Values, is_reducible, reduced, stiffened
 from tilth.model.problems import reject, rejection
 from tilth.model.variation import VaryingModulus, VaryingPositive, or_varying
-
-Values = float | Floats
-"""A parameter: one number for all points, or one for each, shape (n,)."""
 
 Columns = Mapping[str, Values]
 """Parameters of a law by their names in the core."""
 
 LARGEST_PRESSURE_RATIO = 1e6
 """Bulk modulus of the pore fluid, at most, as a multiple of Young's modulus."""
-
-MODULI = ("young_modulus", "hardening_modulus", "pore_fluid_bulk_modulus")
-"""Parameters of laws with a declared strength that are stresses over strains."""
-
-STRAINS = ("softening_strain",)
-"""Parameters of these laws that are strains."""
 
 
 @dataclass(frozen=True)
@@ -71,10 +63,12 @@ class AnyMaterial(Declared):
     """Whether the law yields; the stresses then depend on the path of loading."""
     needs_stress: ClassVar[bool] = False
     """Whether the law has no state without stress."""
-    is_reducible: ClassVar[bool] = False
-    """Whether the law says what its strength is, so that `reduced_strength` can divide it."""
     has_shear_strength: ClassVar[bool] = False
     """Whether the law has the shear strength c + p tan(phi) that `shear_strength` returns."""
+    kinds: ClassVar[Mapping[str, Kind]] = {"density": "density", "saturated_density": "density"}
+    """What each entry with a number, and each parameter of the law in the core, is."""
+    state_kinds: ClassVar[Mapping[str, Kind]] = {}
+    """What each state variable of the law in the core is."""
     model: str
     density: NotNegative | None = None
     """Mass per initial volume [mass / length^3], >= 0; required if a body force acts."""
@@ -136,6 +130,33 @@ class AnyMaterial(Declared):
         """
         return self.law
 
+    @property
+    def kinds_of_parameters(self) -> Mapping[str, Kind]:
+        """What the parameters that the core takes are, by name, as far as declared."""
+        return {name: self.kinds[name] for name in self.parameter_names}
+
+    def parameter_kinds_of(self, law: Law) -> Mapping[str, Kind]:
+        """Returns what the parameters of the material's law are, by name, as far as declared."""
+        return self.kinds_of_parameters
+
+    def state_kinds_of(self, law: Law) -> Mapping[str, Kind]:
+        """Returns what the state variables of the material's law are, as far as declared."""
+        return {name: self.state_kinds[name] for name in law.state_variables}
+
+    def irreducible(self, key: str, law: Law, davis: DavisForm | None) -> Iterator[Problem]:
+        """Yields why strength reduction cannot divide the strength of the material.
+
+        Args:
+            key: of the material in the case file.
+            law: of the material.
+            davis: form of Davis' equivalent that is asked for.
+        """
+        both = (self.parameter_kinds_of(law), self.state_kinds_of(law))
+        if not all(is_reducible(kinds) for kinds in both):
+            what = "the strength of this law cannot be reduced"
+            remedy = "choose a law with c and phi or s_u, such as mohr_coulomb or tresca"
+            yield Problem(f"{key}.model", what, remedy, self.model)
+
     def law_parameters(self, at: ParametersAt) -> dict[str, Values]:
         """Returns the parameters of the law by their names in the core."""
         return {name: at.value(name) for name in self.parameter_names}
@@ -158,14 +179,14 @@ class AnyMaterial(Declared):
     ) -> Columns:
         """Returns the parameters of a reducible law with its strength divided by a factor, by name.
 
-        Cohesions and tangents of friction angles are divided; elasticity stays.
+        What is divided follows from the kinds of the parameters (`tilth.model.parameter_kinds`).
 
         Args:
             parameters: of the law by their names in the core, one number or shape (n,) each.
             factor: of safety [-], > 0; below 1 it raises the strength.
             davis: form of Davis' associated equivalent that takes the place of soil with friction.
         """
-        raise NotImplementedError
+        return reduced(self.kinds_of_parameters, parameters, factor)
 
     def shear_strength(self, parameters: Columns, plastic_strain: Floats) -> tuple[Values, Values]:
         """Returns the cohesion c [stress] and tan(phi) [-] of a law with a shear strength.
@@ -188,9 +209,11 @@ class AnyMaterial(Declared):
             parameters: as the core takes them, shape (m,) or (n, m).
             factor, davis: as in `reduced_strength`.
         """
+        if not self.parameter_names:  # the object of a class has them
+            return parameters
         columns = dict(zip(self.parameter_names, np.moveaxis(parameters, -1, 0), strict=True))
-        reduced = self.reduced_strength(columns, factor, davis)
-        return np.stack([reduced[name] for name in self.parameter_names], axis=-1)
+        weaker = self.reduced_strength(columns, factor, davis)
+        return np.stack([weaker[name] for name in self.parameter_names], axis=-1)
 
     def stiffened_parameters(self, parameters: Floats, factor: float) -> Floats:
         """Returns the parameters of the law with all moduli multiplied by a factor.
@@ -199,13 +222,18 @@ class AnyMaterial(Declared):
 
         parameters: as the core takes them, shape (m,) or (n, m).
         """
-        stiffened = parameters.copy()
+        stiffer, kinds = parameters.copy(), self.kinds_of_parameters
         for column, name in enumerate(self.parameter_names):
-            if name in MODULI:
-                stiffened[..., column] *= factor
-            elif name in STRAINS:
-                stiffened[..., column] /= factor
-        return stiffened
+            stiffer[..., column] = stiffened(kinds[name], parameters[..., column], factor)
+        return stiffer
+
+    def stiffened_law(self, law: Law, factor: float) -> Law:
+        """Returns the law for `stiffened_parameters`: the same, unless it has parameters itself."""
+        return law
+
+    def reduced_law(self, law: Law, factor: float) -> Law:
+        """Returns the law for `reduced_parameters`: the same, unless it has parameters itself."""
+        return law
 
 
 class Isotropic(AnyMaterial):
@@ -215,6 +243,12 @@ class Isotropic(AnyMaterial):
     """Young's modulus of the law for Kirchhoff stress and logarithmic strain [stress], > 0."""
     poisson_ratio: PoissonRatio
     """Poisson's ratio [-], -1 < nu < 0.5."""
+
+    kinds: ClassVar[Mapping[str, Kind]] = {
+        **AnyMaterial.kinds,
+        "young_modulus": "stiffness",
+        "poisson_ratio": "dimensionless",
+    }
 
     def elastic_parameters(self, at: ParametersAt) -> dict[str, Values]:
         """Returns Young's modulus and Poisson's ratio."""
@@ -230,6 +264,15 @@ class PoreFluid(AnyMaterial):
     total one, and the state variable `excess_pore_pressure` (compression positive) is the pressure
     of the fluid since the start.
     """
+
+    kinds: ClassVar[Mapping[str, Kind]] = {
+        **AnyMaterial.kinds,
+        "pore_fluid_bulk_modulus": "stiffness",
+    }
+    state_kinds: ClassVar[Mapping[str, Kind]] = {
+        EXCESS_PORE_PRESSURE: "stress",
+        "elastic_volumetric_strain": "strain",
+    }
 
     @property
     def keeps_water(self) -> bool:
@@ -255,6 +298,8 @@ class PoreFluid(AnyMaterial):
 
 class WithPoreFluid(Isotropic, PoreFluid):
     """Materials with Hencky's elasticity for the effective stress."""
+
+    kinds: ClassVar[Mapping[str, Kind]] = {**Isotropic.kinds, **PoreFluid.kinds}
 
     @model_validator(mode="after")
     def _fluid_is_not_rigid(self) -> Any:

@@ -13,9 +13,9 @@ from tilth.arrays import Floats
 from tilth.errors import Problem
 from tilth.model.base import chosen_by
 from tilth.model.cam_clay import ModifiedCamClay
-from tilth.model.davis import DavisForm
-from tilth.model.isotropic import Columns, Isotropic, ParametersAt, Values, WithPoreFluid
+from tilth.model.isotropic import Columns, Isotropic, ParametersAt, WithPoreFluid
 from tilth.model.laws import Law
+from tilth.model.parameter_kinds import Kind, Values
 from tilth.model.problems import dotted, rejection
 from tilth.model.soils import DruckerPrager, MohrCoulomb, Tresca
 from tilth.model.user_laws import UserCompiled, UserPython, UserUmat
@@ -25,15 +25,7 @@ from tilth.model.variation import VaryingNotNegative, VaryingPositive
 class HenckyElastic(WithPoreFluid):
     """Linear relation of Kirchhoff stress and logarithmic (Hencky) elastic strain."""
 
-    is_reducible: ClassVar[bool] = True
-
     model: Literal["hencky_elastic"] = "hencky_elastic"
-
-    def reduced_strength(
-        self, parameters: Columns, factor: float, davis: DavisForm | None = None
-    ) -> Columns:
-        """Returns the same parameters: the material does not fail."""
-        return parameters
 
 
 class VonMises(Isotropic):
@@ -44,7 +36,6 @@ class VonMises(Isotropic):
     """
 
     is_plastic: ClassVar[bool] = True
-    is_reducible: ClassVar[bool] = True
     has_shear_strength: ClassVar[bool] = True
 
     model: Literal["von_mises"] = "von_mises"
@@ -57,6 +48,14 @@ class VonMises(Isotropic):
     sqrt(3) s_u. In triaxial compression the strength, half the deviator, is sqrt(3)/2 s_u."""
     hardening_modulus: VaryingNotNegative
     """d(yield stress) / d(equivalent plastic strain) [stress], >= 0; 0 is perfectly plastic."""
+
+    kinds: ClassVar[Mapping[str, Kind]] = {
+        **Isotropic.kinds,
+        "yield_stress": "strength",
+        "deviatoric_radius": "strength",
+        "undrained_shear_strength": "strength",
+        "hardening_modulus": "hardening",
+    }
 
     @model_validator(mode="after")
     def _one_strength(self) -> Any:
@@ -84,13 +83,6 @@ class VonMises(Isotropic):
             "yield_stress": _TO_YIELD_STRESS[key] * at.value(key),
             "hardening_modulus": at.value("hardening_modulus"),
         }
-
-    def reduced_strength(
-        self, parameters: Columns, factor: float, davis: DavisForm | None = None
-    ) -> Columns:
-        """Divides the yield stress, and so its hardening; see `AnyMaterial`."""
-        divided = ("yield_stress", "hardening_modulus")
-        return {**parameters, **{name: parameters[name] / factor for name in divided}}
 
     def shear_strength(self, parameters: Columns, plastic_strain: Floats) -> tuple[Values, Values]:
         """Returns that in simple shear, the hardened yield stress over sqrt(3); see `AnyMaterial`.

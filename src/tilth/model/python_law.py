@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Mapping
+from copy import copy
 from pathlib import Path
 from typing import Any, ClassVar, NoReturn
 
@@ -12,6 +14,15 @@ import numpy as np
 from tilth import _core
 from tilth.arrays import Floats
 from tilth.errors import BadInput
+from tilth.model.parameter_kinds import (
+    CHOICES,
+    KINDS,
+    Kind,
+    Values,
+    fits_unit,
+    reduced,
+    stiffened,
+)
 from tilth.model.state_names import name_problem
 from tilth.model.user_function import FAILURES, described, load_name, real_numbers
 
@@ -35,6 +46,9 @@ class PythonLaw:
 
     Attributes:
         title: the law in messages.
+        parameters: numbers with which the class was called, and those that its defaults gave.
+        parameter_kinds, state_kinds: what these and the state variables are, by name, as far as the
+            class says it.
         state_variables: units ("stress" or "-") by name.
         hencky: whether the elastic part is Hencky elasticity with the parameters `young_modulus`
             and `poisson_ratio`.
@@ -58,17 +72,35 @@ class PythonLaw:
                 f"`{name}` in `{Path(file).name}` is a {type(found).__name__}, not a class",
                 f"define it as a class: `class {name}: ...`",
             )
+        self._class = found
+        self._begin(parameters)
+
+    def _begin(self, parameters: Mapping[str, float]) -> None:
+        """Makes the object of the class with parameters, and checks it."""
         try:
             with _core.UserCode(self._label):
-                self._law = found(**parameters)
+                self._law = self._class(**parameters)
         except FAILURES as error:
             self._refuse(
-                f"{self.title} cannot be made of its parameters: {described(error, file)}",
+                f"{self.title} cannot be made of its parameters: {described(error, self._file)}",
                 "it is called with the entries of `parameters` as keyword arguments: "
                 + (", ".join(parameters) or "none"),
                 error,
             )
+        self._given = dict(parameters)
+        self.parameters = {**parameters}
+        for name, value in _number_defaults(self._class).items():
+            self.parameters.setdefault(name, value)
         self.state_variables = self._declared_variables()
+        self.parameter_kinds = self._declared_kinds("parameter_kinds", self.parameters)
+        self.state_kinds = self._declared_kinds("state_kinds", self.state_variables)
+        for variable, kind in self.state_kinds.items():
+            if not fits_unit(kind, unit := self.state_variables[variable]):
+                self._refuse(
+                    f"the state variable {variable!r} of {self.title} has the unit {unit!r}, but "
+                    f"in `state_kinds` the kind {kind!r} [{KINDS[kind].unit}]",
+                    "correct one of the two",
+                )
         lacking = [method for method in ELASTIC if not hasattr(self._law, method)]
         self.hencky = bool(lacking)
         self._bulk, self._shear = self._moduli_of(parameters) if lacking else (0.0, 0.0)
@@ -81,6 +113,26 @@ class PythonLaw:
     def state_count(self) -> int:
         """Number of state variables."""
         return len(self.state_variables)
+
+    def stiffened(self, factor: float) -> PythonLaw:
+        """Returns the law with all moduli multiplied, and all strains divided, by a factor [-]."""
+        kinds, numbers = self.parameter_kinds, self.parameters
+        return self._with({name: stiffened(kinds[name], numbers[name], factor) for name in numbers})
+
+    def reduced(self, factor: float) -> PythonLaw:
+        """Returns the law with its strength over a factor [-]."""
+        return self._with(reduced(self.parameter_kinds, self.parameters, factor))
+
+    def _with(self, values: Mapping[str, Values]) -> PythonLaw:
+        """Returns the law with other values of its parameters; those that stay are not touched."""
+        changed = {
+            name: float(value)
+            for name, value in values.items()
+            if value is not self.parameters[name]
+        }
+        other = copy(self)
+        other._begin({**self._given, **changed})
+        return other
 
     def update(
         self, trial: Floats, plastic_strain: Floats, state: Floats
@@ -204,6 +256,29 @@ class PythonLaw:
                 )
         return dict(declared)
 
+    def _declared_kinds(self, attribute: str, names: Mapping[str, Any]) -> dict[str, Kind]:
+        """Returns what the class says its parameters or state variables are."""
+        declared = getattr(self._law, attribute, {})
+        if not isinstance(declared, Mapping):
+            self._refuse(
+                f"`{attribute}` of {self.title} is not a dictionary",
+                f'give the kind of each by its name, such as `{attribute} = {{"cohesion": '
+                '"strength"}`',
+            )
+        for name, kind in declared.items():
+            if name not in names:
+                known = ", ".join(names) or "none"
+                self._refuse(
+                    f"`{attribute}` of {self.title} names {name!r}, which the law does not have",
+                    f"known names: {known}",
+                )
+            if not isinstance(kind, str) or kind not in KINDS:
+                self._refuse(
+                    f"`{attribute}` of {self.title} gives {name!r} the kind {kind!r}",
+                    f"choose from {CHOICES}",
+                )
+        return dict(declared)
+
     def _moduli_of(self, parameters: Mapping[str, float]) -> tuple[float, float]:
         young, nu = parameters.get("young_modulus"), parameters.get("poisson_ratio")
         if young is None or nu is None or not young > 0.0 or not -1.0 < nu < 0.5:
@@ -249,3 +324,16 @@ class PythonLaw:
 
     def _refuse(self, problem: str, remedy: str, cause: BaseException | None = None) -> NoReturn:
         raise BadInput(problem, remedy, key=f"{self._key}.class", value=self._reference) from cause
+
+
+def _number_defaults(law: type) -> dict[str, float]:
+    """Returns the arguments of a class that are numbers and have a default, by name."""
+    try:
+        arguments = inspect.signature(law).parameters
+    except (TypeError, ValueError):  # one that Python does not know
+        return {}
+    return {
+        name: argument.default
+        for name, argument in arguments.items()
+        if isinstance(argument.default, int | float) and not isinstance(argument.default, bool)
+    }

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -14,8 +14,9 @@ from tilth.arrays import Floats
 from tilth.errors import Problem
 from tilth.model.davis import DavisForm, davis_share
 from tilth.model.fields import Flag, Real
-from tilth.model.isotropic import Columns, Isotropic, ParametersAt, Values, WithPoreFluid
+from tilth.model.isotropic import Columns, Isotropic, ParametersAt, WithPoreFluid
 from tilth.model.laws import Law, laws
+from tilth.model.parameter_kinds import Kind, Values, reduced_angle
 from tilth.model.problems import reject, rejection
 from tilth.model.variation import VaryingNotNegative, VaryingPositive, or_varying
 
@@ -53,7 +54,6 @@ class Tresca(Isotropic):
     """Hencky elasticity with Tresca's yield condition: undrained clay in terms of total stress."""
 
     is_plastic: ClassVar[bool] = True
-    is_reducible: ClassVar[bool] = True
     has_shear_strength: ClassVar[bool] = True
 
     model: Literal["tresca"] = "tresca"
@@ -61,12 +61,10 @@ class Tresca(Isotropic):
     """Strength s_u [stress], > 0: half the difference of the largest and the smallest principal
     stress, 2 s_u = tau_1 - tau_3, in plane strain as in triaxial tests."""
 
-    def reduced_strength(
-        self, parameters: Columns, factor: float, davis: DavisForm | None = None
-    ) -> Columns:
-        """Divides s_u; see `AnyMaterial`."""
-        strength = parameters["undrained_shear_strength"] / factor
-        return {**parameters, "undrained_shear_strength": strength}
+    kinds: ClassVar[Mapping[str, Kind]] = {
+        **Isotropic.kinds,
+        "undrained_shear_strength": "strength",
+    }
 
     def shear_strength(self, parameters: Columns, plastic_strain: Floats) -> tuple[Values, Values]:
         """Returns s_u and 0; see `AnyMaterial`."""
@@ -75,7 +73,6 @@ class Tresca(Isotropic):
 
 class _Frictional(WithPoreFluid):
     is_plastic: ClassVar[bool] = True
-    is_reducible: ClassVar[bool] = True
     has_shear_strength: ClassVar[bool] = True
 
     cohesion: VaryingNotNegative
@@ -89,6 +86,18 @@ class _Frictional(WithPoreFluid):
     the state variable `void_strain` is the logarithm of it, and the soil bears no more pressure
     until it is closed. For free flight and run-out; the volume is forgotten if not given.
     """
+
+    kinds: ClassVar[Mapping[str, Kind]] = {
+        **WithPoreFluid.kinds,
+        "cohesion": "strength",
+        "friction_angle": "friction angle",
+        "dilation_angle": "dilation angle",
+        "tension_cut_off": "strength",
+    }
+    state_kinds: ClassVar[Mapping[str, Kind]] = {
+        **WithPoreFluid.state_kinds,
+        "void_strain": "strain",
+    }
 
     @property
     def law(self) -> Law:
@@ -166,6 +175,14 @@ class MohrCoulomb(_Frictional):
     size h the strain is softening_strain * softening_length / h, so that the work in a band of one
     cell does not depend on the grid."""
 
+    kinds: ClassVar[Mapping[str, Kind]] = {
+        **_Frictional.kinds,
+        "residual_cohesion": "strength",
+        "residual_friction_angle": "friction angle",
+        "softening_strain": "strain",
+        "softening_length": "length",
+    }
+
     @model_validator(mode="after")
     def _entries_fit_together(self) -> Any:
         problems = [
@@ -240,7 +257,7 @@ class MohrCoulomb(_Frictional):
             angles = np.radians(parameters[phi]), np.radians(psi)
             divisor = factor / davis_share(*angles, factor, form)
             divided[cohesion] = parameters[cohesion] / divisor
-            divided[phi] = _reduced_angle(parameters[phi], divisor)
+            divided[phi] = reduced_angle(parameters[phi], divisor)
         least = np.minimum(divided["friction_angle"], divided["residual_friction_angle"])
         return {
             **parameters,
@@ -275,6 +292,13 @@ class DruckerPrager(_Frictional):
     cone), triaxial "extension" (inner edges), or collapse in "plane_strain"."""
     tension_cut_off: VaryingNotNegative | None = None
     """Greatest tensile mean stress [stress], >= 0; the apex if not given or greater."""
+
+    kinds: ClassVar[Mapping[str, Kind]] = {
+        **_Frictional.kinds,
+        "friction_slope": "friction slope",
+        "dilation_slope": "dilation slope",
+        "cone_strength": "strength",
+    }
 
     @model_validator(mode="after")
     def _entries_fit_together(self) -> Any:
@@ -369,11 +393,6 @@ def _cut_off(given: object, at: ParametersAt) -> Values:
 def _sine_and_cosine(degrees: Values) -> tuple[Values, Values]:
     angle = np.radians(degrees)
     return np.sin(angle), np.cos(angle)
-
-
-def _reduced_angle(degrees: Values, factor: Values) -> Values:
-    """Returns the angle whose tangent is that of `degrees` over the factor."""
-    return np.degrees(np.arctan(np.tan(np.radians(degrees)) / factor))
 
 
 def _reduced_cut_off(cut_off: Values, factor: float) -> Values:

@@ -5,21 +5,23 @@ from __future__ import annotations
 
 import ctypes
 import os
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator
+from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator, model_validator
 
 from tilth.arrays import Floats
 from tilth.errors import BadInput, Problem
 from tilth.model.abaqus_utilities import load_umat
 from tilth.model.base import Declared
+from tilth.model.davis import DavisForm
 from tilth.model.fields import FileName, Name, PythonFunction, Real, as_list, real
-from tilth.model.isotropic import AnyMaterial, Isotropic, ParametersAt, Values
+from tilth.model.isotropic import AnyMaterial, Isotropic, ParametersAt
 from tilth.model.laws import Law
+from tilth.model.parameter_kinds import CHOICES, KINDS, Kind, Values, fits_unit, has_friction
 from tilth.model.problems import reject, rejection
 from tilth.model.python_law import PythonLaw
 from tilth.model.state_names import name_problem
@@ -84,6 +86,15 @@ class StateVariable(Declared):
     """Unit, "stress" or "-"."""
     initial: Real
     """Value at the start."""
+    kind: Kind | None = None
+    """What it is, see [kinds](#kinds-of-parameters); strength reduction needs it."""
+
+    @model_validator(mode="after")
+    def _kind_fits_unit(self) -> Any:
+        if self.kind is not None and not fits_unit(self.kind, self.unit):
+            what = f'is [{KINDS[self.kind].unit}], but `unit` is "{self.unit}"'
+            raise rejection([Problem("kind", what, "correct one of the two", self.kind)])
+        return self
 
 
 def _numbers(value: Any) -> tuple[float, ...]:
@@ -127,6 +138,7 @@ def _different(value: Sequence[StateVariable]) -> tuple[StateVariable, ...]:
 
 Numbers = Annotated[Sequence[float], PlainValidator(_numbers)]
 NumbersByName = Annotated[Mapping[str, Real], AfterValidator(_by_name)]
+KindsInOrder = Annotated[Sequence[Kind], AfterValidator(tuple)]
 StateVariables = Annotated[
     Sequence[StateVariable],
     BeforeValidator(_counted, int | Sequence[StateVariable]),
@@ -173,13 +185,68 @@ class UserPython(AnyMaterial):
         """Returns no parameters: the object of the class has them."""
         return {}
 
+    def parameter_kinds_of(self, law: Law) -> Mapping[str, Kind]:
+        """Returns what the arguments of the class are, as far as it says it."""
+        kinds: Mapping[str, Kind] = law.source.parameter_kinds
+        return kinds
+
+    def state_kinds_of(self, law: Law) -> Mapping[str, Kind]:
+        """Returns what the state variables of the class are, as far as it says it."""
+        kinds: Mapping[str, Kind] = law.source.state_kinds
+        return kinds
+
+    def irreducible(self, key: str, law: Law, davis: DavisForm | None) -> Iterator[Problem]:
+        """Yields why the strength cannot be reduced; see `AnyMaterial`."""
+        for attribute, what, names, known in (
+            ("parameter_kinds", "parameter", law.source.parameters, law.source.parameter_kinds),
+            ("state_kinds", "state variable", law.state_variables, law.source.state_kinds),
+        ):
+            if missing := [name for name in names if name not in known]:
+                listed = ", ".join(f"`{name}`" for name in missing)
+                yield Problem(
+                    f"{key}.class",
+                    f"{law.source.title} does not say what its {what}{'s' * (len(missing) > 1)} "
+                    f"{listed} {'are' if len(missing) > 1 else 'is'}, so that its strength cannot "
+                    "be reduced",
+                    f'give the class `{attribute} = {{"{missing[0]}": ..., }}` with the kind of '
+                    f"each: {CHOICES}",
+                    self.class_,
+                )
+                return
+        yield from super().irreducible(key, law, davis)
+        yield from _without_equivalent(self, key, law, davis)
+
+    def stiffened_law(self, law: Law, factor: float) -> Law:
+        """Returns the law with stiffer parameters; see `AnyMaterial`."""
+        return replace(law, source=law.source.stiffened(factor))
+
+    def reduced_law(self, law: Law, factor: float) -> Law:
+        """Returns the law with a reduced strength; see `AnyMaterial`."""
+        return replace(law, source=law.source.reduced(factor))
+
+
+def _without_equivalent(
+    material: AnyMaterial, key: str, law: Law, davis: DavisForm | None
+) -> Iterator[Problem]:
+    """Yields that Davis' equivalent of friction in a law of the user is not known."""
+    both = (material.parameter_kinds_of(law), material.state_kinds_of(law))
+    if davis is not None and any(has_friction(kinds) for kinds in both):
+        what = "is a law of yours with friction, of which Davis' equivalent is not known"
+        remedy = "leave out `davis`, or use mohr_coulomb or drucker_prager"
+        yield Problem(f"{key}.model", what, remedy, material.model)
+
 
 class _UserBinary(Isotropic):
     is_plastic: ClassVar[bool] = True
+    numbers: ClassVar[str]
+    """Key of the numbers that are given to the code."""
+    kinds_key: ClassVar[str]
+    """Key of their kinds."""
 
     state_variables: StateVariables
-    """State variables: a list of tables `name`, `unit` ("stress" or "-"), `initial`; or a number of
-    them, which are named `state_1`, `state_2`, ..., have no unit and begin with 0."""
+    """State variables: a list of tables `name`, `unit` ("stress" or "-"), `initial` and, for a
+    factor of safety, `kind` (see [kinds](#kinds-of-parameters)); or a number of them, which are
+    named `state_1`, `state_2`, ..., have no unit and begin with 0."""
 
     def declared_variables(self) -> dict[str, str]:
         """Returns the units of the state variables by name."""
@@ -189,6 +256,44 @@ class _UserBinary(Isotropic):
     def initial(self) -> Floats:
         """State variables at the start, shape (k,)."""
         return np.array([variable.initial for variable in self.state_variables])
+
+    @model_validator(mode="after")
+    def _one_kind_each(self) -> Any:
+        numbers, kinds = getattr(self, self.numbers), getattr(self, self.kinds_key)
+        if kinds is not None and len(kinds) != len(numbers):
+            what = f"has {len(kinds)} entries, but `{self.numbers}` has {len(numbers)}"
+            remedy = f"give the kind of each of `{self.numbers}`, in their order"
+            raise rejection([Problem(self.kinds_key, what, remedy, list(kinds))])
+        return self
+
+    @property
+    def kinds_of_parameters(self) -> Mapping[str, Kind]:
+        """What the constants and the further numbers are, by name, as far as declared."""
+        fixed = {name: self.kinds[name] for name in self.parameter_names if name in self.kinds}
+        return {**fixed, **_numbered(getattr(self, self.kinds_key) or ())}
+
+    def state_kinds_of(self, law: Law) -> Mapping[str, Kind]:
+        """Returns what the state variables are, as far as declared."""
+        declared = {each.name: each.kind for each in self.state_variables if each.kind is not None}
+        return {**declared, **self.state_kinds}
+
+    def irreducible(self, key: str, law: Law, davis: DavisForm | None) -> Iterator[Problem]:
+        """Yields why the strength cannot be reduced; see `AnyMaterial`."""
+        problems = []
+        if getattr(self, self.numbers) and getattr(self, self.kinds_key) is None:
+            what = f"missing: strength reduction needs to know what each of `{self.numbers}` is"
+            remedy = f"give a list with the kind of each: {CHOICES}"
+            problems.append(Problem(f"{key}.{self.kinds_key}", what, remedy))
+        for i, variable in enumerate(self.state_variables):
+            if variable.kind is None:
+                what = f"missing: strength reduction needs to know what `{variable.name}` is"
+                remedy = f"give its entry in `state_variables` a `kind`: {CHOICES}"
+                problems.append(Problem(f"{key}.state_variables[{i}].kind", what, remedy))
+        if problems:
+            yield from problems
+            return
+        yield from super().irreducible(key, law, davis)
+        yield from _without_equivalent(self, key, law, davis)
 
 
 class UserCompiled(_UserBinary):
@@ -203,6 +308,12 @@ class UserCompiled(_UserBinary):
     """The function: a numba `cfunc`, a `ctypes` function, or any object with its `address`."""
     parameters: Numbers
     """Parameters of the function after Young's modulus and Poisson's ratio; may be []."""
+    parameter_kinds: KindsInOrder | None = None
+    """What each of `parameters` is, see [kinds](#kinds-of-parameters); strength reduction needs it.
+    """
+
+    numbers: ClassVar[str] = "parameters"
+    kinds_key: ClassVar[str] = "parameter_kinds"
 
     @property
     def code(self) -> str:
@@ -257,6 +368,14 @@ class UserUmat(_UserBinary):
     """Name of the routine in the library: most Fortran compilers write `umat_`."""
     properties: Numbers
     """PROPS; may be []."""
+    property_kinds: KindsInOrder | None = None
+    """What each of `properties` is, see [kinds](#kinds-of-parameters); strength reduction needs it.
+    """
+
+    kinds: ClassVar[Mapping[str, Kind]] = {**Isotropic.kinds, "cell_length": "length"}
+    state_kinds: ClassVar[Mapping[str, Kind]] = dict.fromkeys(UMAT_STRAINS, "strain")
+    numbers: ClassVar[str] = "properties"
+    kinds_key: ClassVar[str] = "property_kinds"
 
     @property
     def code(self) -> str:
@@ -304,7 +423,7 @@ class UserUmat(_UserBinary):
         return Law(self.model, self.parameter_names, self.declared_variables(), False, source)
 
 
-def _numbered(numbers: Any) -> dict[str, float]:
+def _numbered(numbers: Any) -> dict[str, Any]:
     return {f"parameters[{i}]": number for i, number in enumerate(numbers)}
 
 

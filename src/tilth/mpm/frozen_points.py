@@ -16,10 +16,12 @@ import numpy as np
 
 from tilth.arrays import Floats
 from tilth.comm import SERIAL, Communicator, total
-from tilth.errors import BadInput, Problem
+from tilth.errors import BadInput
 from tilth.model import Model
 from tilth.model.davis import DavisForm
 from tilth.model.isotropic import AnyMaterial
+from tilth.model.laws import Law
+from tilth.model.parameter_kinds import has_strength, reduced, stiffened
 from tilth.model.problems import dotted
 from tilth.mpm.points import MaterialPoints, PointRange
 
@@ -27,24 +29,28 @@ FROZEN_STRAIN = 1e-7
 """Mean elastic strain on the frozen geometry [-]."""
 
 
-def require_reducible(model: Model) -> None:
+def require_reducible(model: Model, davis: DavisForm | None = None) -> None:
     """Checks that the strength of all materials can be reduced, and that one of them can fail.
 
+    davis: form of Davis' equivalent that is asked for.
+
     Raises:
-        BadInput: names each material whose strength cannot be reduced.
+        BadInput: names each material whose strength cannot be reduced; a law of the user cannot be
+            loaded.
     """
     used = dict.fromkeys(name for body in model.present_bodies for name in body.materials)
-    materials = {name: model.materials[name] for name in used}
-    problems = []
-    for name, material in materials.items():
-        if not material.is_reducible:
-            what = "the strength of this law cannot be reduced"
-            remedy = "choose a law with c and phi or s_u, such as mohr_coulomb or tresca"
-            key = dotted(("materials", name, "model"))
-            problems.append(Problem(key, what, remedy, material.model))
+    materials = {name: (model.materials[name], model.laws[name]) for name in used}
+    problems = [
+        problem
+        for name, (material, law) in materials.items()
+        for problem in material.irreducible(dotted(("materials", name)), law, davis)
+    ]
     if problems:
         raise BadInput.of(problems)
-    if not any(material.is_plastic for material in materials.values()):
+    if not any(
+        has_strength(material.parameter_kinds_of(law)) or has_strength(material.state_kinds_of(law))
+        for material, law in materials.values()
+    ):
         raise BadInput(
             "all materials are elastic: nothing can fail",
             "give the soil a strength, such as that of mohr_coulomb or tresca",
@@ -92,52 +98,84 @@ class FrozenPoints:
     def __init__(self, model: Model, points: MaterialPoints, stiffening: float) -> None:
         self.stiffening = stiffening
         self._model = model
+        self._laws: dict[tuple[int, int], Law] = {}
         arrays: dict[str, Any] = {name: each.copy() for name, each in points.arrays().items()}
         copy = MaterialPoints(bodies=points.bodies, varying=points.varying, **arrays)
         copy.elastic_strain = points.elastic_strain / stiffening
         copy.plastic[:, 0] /= stiffening
         copy.elastic_share[:] = 0.0
         for body in points.bodies:
-            for column, unit in enumerate(body.law.state_variables.values()):
-                if unit == "-":
-                    copy.state[body.points, column] /= stiffening
+            kinds = self._material(body).state_kinds_of(body.law)
+            for column, name in enumerate(body.law.state_variables):
+                state = copy.state[body.points, column]
+                copy.state[body.points, column] = stiffened(kinds[name], state, stiffening)
         self.points = copy
         self.points = self._with(
             [
                 self._material(body).stiffened_parameters(points.parameters_of(body), stiffening)
                 for body in points.bodies
-            ]
+            ],
+            [self._law(body) for body in points.bodies],
         )
 
     def _material(self, body: PointRange) -> AnyMaterial:
         """Returns the material of a range of points."""
         return self._model.materials[self._model.bodies[body.body].materials[body.layer]]
 
+    def _law(self, body: PointRange) -> Law:
+        """Returns the stiffened law of a range of points, one for all ranges of a layer."""
+        key = (body.body, body.layer)
+        if key not in self._laws:
+            material = self._material(body)
+            self._laws[key] = material.stiffened_law(body.law, self.stiffening)
+        return self._laws[key]
+
     def range(self, body: PointRange) -> PointRange:
         """Returns a range of points on the frozen geometry, with the strength as it is."""
-        if body.parameters is None:
-            return body
-        stiffened = self._material(body).stiffened_parameters(body.parameters, self.stiffening)
-        return replace(body, parameters=stiffened)
+        own = body.parameters
+        if own is not None:
+            own = self._material(body).stiffened_parameters(own, self.stiffening)
+        return replace(body, parameters=own, law=self._law(body))
 
     def reduced(self, factor: float, davis: DavisForm | None = None) -> MaterialPoints:
-        """Returns the points with their strength over a factor [-]; the state is shared.
+        """Returns the points with their strength over a factor [-].
+
+        The state is shared, except where state variables are strengths.
 
         davis: form of Davis' associated equivalent, see `AnyMaterial.reduced_strength`.
         """
         points = self.points
-        return self._with(
+        weaker = self._with(
             [
                 self._material(body).reduced_parameters(points.parameters_of(body), factor, davis)
                 for body in points.bodies
-            ]
+            ],
+            [self._material(body).reduced_law(body.law, factor) for body in points.bodies],
         )
+        return replace(weaker, state=self._reduced_state(factor))
 
-    def _with(self, parameters: Sequence[Floats]) -> MaterialPoints:
-        """Returns the points with other parameters of each range, (m,) or (n, m)."""
+    def _reduced_state(self, factor: float) -> Floats:
+        """Returns the state variables with their strengths over a factor, shape (n, columns)."""
+        state = self.points.state
+        for body in self.points.bodies:
+            kinds = self._material(body).state_kinds_of(body.law)
+            if not has_strength(kinds):
+                continue
+            if state is self.points.state:
+                state = state.copy()
+            columns = {
+                name: state[body.points, i] for i, name in enumerate(body.law.state_variables)
+            }
+            for i, column in enumerate(reduced(kinds, columns, factor).values()):
+                state[body.points, i] = column
+        return state
+
+    def _with(self, parameters: Sequence[Floats], laws: Sequence[Law]) -> MaterialPoints:
+        """Returns the points with other parameters of each range, (m,) or (n, m), and laws."""
         bodies, varying = [], self.points.parameters.copy()
-        for body, own in zip(self.points.bodies, parameters, strict=True):
+        for body, own, law in zip(self.points.bodies, parameters, laws, strict=True):
             if body.parameters is None:
                 varying[body.points, : own.shape[1]] = own
-            bodies.append(replace(body, parameters=None if body.parameters is None else own))
+            fixed = None if body.parameters is None else own
+            bodies.append(replace(body, parameters=fixed, law=law))
         return replace(self.points, bodies=bodies, parameters=varying)

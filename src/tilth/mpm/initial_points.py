@@ -11,7 +11,8 @@ from tilth.arrays import Flags, Floats
 from tilth.bodies import BodyPoints, discretise
 from tilth.fields.evaluate import parameter_values
 from tilth.model import Model
-from tilth.model.isotropic import ParametersAt, Values
+from tilth.model.isotropic import ParametersAt
+from tilth.model.parameter_kinds import Values
 from tilth.model.problems import dotted
 from tilth.mpm.apart import require_apart
 from tilth.mpm.background import background_grid

@@ -28,12 +28,12 @@ from tilth.model import (
     Track,
     Water,
 )
-from tilth.model.base import meaning_of
 from tilth.model.boundaries import Boundary
 from tilth.model.fields import AXES
 from tilth.model.geometry import Geometry
 from tilth.model.loads import Load
 from tilth.model.materials import Material
+from tilth.model.parameter_kinds import KINDS
 from tilth.model.schedule import Schedule
 from tilth.report.amounts import amount, cells_text, elevation, shape_text, vector
 from tilth.report.contact_texts import body_text, laws_text, pair_text
@@ -161,9 +161,7 @@ def _material(name: str, material: Material, model: Model) -> str:
             return f"{name} {value}"
         if isinstance(value, bool):
             return name
-        meaning = meaning_of(type(material), key)  # has the unit in brackets
-        unit = units[meaning[meaning.index("[") + 1 : meaning.index("]")]]
-        return f"{name} {amount(value)}{unit}"
+        return f"{name} {amount(value)}{units[KINDS[material.kinds[key]].unit]}"
 
     fields = type(material).model_fields
     given = material.model_dump(exclude={"model"}, exclude_none=True)
