@@ -29,13 +29,14 @@ REST = f"""{os.linesep}This was the fast part. The others:
   pytest -m long                 fine grids and long runs, hours"""
 
 SHARING = {
+    "tests/test_citations.py",
     "tests/test_manual.py",
     "tests/test_tutorial.py",
     "tests/unit/test_safety_stages.py",
     "tests/unit/test_stage_report.py",
     "tests/unit/test_stage_resume.py",
 }
-"""Files whose tests look at runs that take long: one process runs all of a file."""
+"""Files whose tests share what takes long, as a run: one process runs all of a file."""
 
 
 @pytest.hookimpl(optionalhook=True)
