@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -20,6 +21,22 @@ def test_names_and_files_that_a_page_cites_are_there(page: Path) -> None:
 @each_page
 def test_constants_have_the_values_that_a_page_gives(page: Path) -> None:
     assert wrong_values(page.read_text(encoding="utf-8")) == []
+
+
+UNUSUAL = re.compile(r"\b(?:(?:takes?|taking|took) part\b(?! of)|owing to\b|rooms? above\b)")
+"""Phrases for which the glossary or plain English has a word: "active", "counts", "because of"."""
+
+
+def test_pages_and_program_keep_to_the_words_of_the_glossary() -> None:
+    files = [*PAGES, *(ROOT / "src").glob("**/*.py")]
+    found = {file: UNUSUAL.findall(" ".join(file.read_text("utf-8").split())) for file in files}
+    assert {file: words for file, words in found.items() if words} == {}
+
+
+def test_an_unusual_phrase_is_found() -> None:
+    for text in ("points that take part, f", "soil takes part in it", "owing to this"):
+        assert UNUSUAL.search(text)
+    assert not UNUSUAL.search("the fluid carries part of it; laws take part of the pressure")
 
 
 MADE_UP = {

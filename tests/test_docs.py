@@ -172,6 +172,17 @@ def test_reference_of_case_files_is_up_to_date() -> None:
     assert generator.ELEMENT_PAGE.read_text(encoding="utf-8") == generator.element_page()
 
 
+def test_glossary_is_sorted_and_each_word_has_one_row_and_a_page() -> None:
+    text = (ROOT / "docs" / "reference" / "glossary.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| ([^|]+) \| ([^|]+) \| ([^|]+) \|$", text, re.MULTILINE)[1:]
+    words = [word.lower() for word, _, _ in rows if not word.startswith("-")]
+    assert words == sorted(set(words))
+    assert len(words) >= 70
+    for word, meaning, page in rows[1:]:
+        assert meaning.endswith("."), word
+        assert re.match(r"\[.+\]\(.+\.md", page), word
+
+
 def test_changelog_has_this_version() -> None:
     text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     assert re.search(rf"^## \[{re.escape(tilth.__version__)}\]", text, re.MULTILINE)

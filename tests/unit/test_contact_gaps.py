@@ -155,7 +155,7 @@ def test_a_step_that_failed_leaves_gaps_of_supports_to_the_next_one(
     np.testing.assert_allclose(support.gap[whole], 0.05 * cell, rtol=1e-12)
     for motion in (0.0, 0.01, 0.1):
         part.pose.increment[:] = [motion * cell, 0.0]
-        support.restart(cautious=True, owing=True)
+        support.restart(cautious=True, deferring=True)
         left = max(0.05 - motion, 0.0) * cell
         np.testing.assert_allclose(support.gap[whole], 0.05 * cell - left, rtol=0, atol=1e-14)
         present = touch.closed & (part.pose.weight > 0.0)
@@ -173,7 +173,7 @@ def test_what_is_left_to_the_next_step_is_carried(monkeypatch: pytest.MonkeyPatc
     touch.gap[touch.closed] = 0.05 * part.boundary.cell
     touch.moved[:] = touch.gap
     part.pose.increment[:] = 0.0
-    support.restart(cautious=True, owing=True)
+    support.restart(cautious=True, deferring=True)
     stored: list[Floats] = []
     monkeypatch.setattr(type(part.boundary), "store", lambda own, *rest: stored.append(rest[-1]))
     still = np.zeros((term._active.nodes, 2))

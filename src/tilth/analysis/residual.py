@@ -46,7 +46,7 @@ class Newton:
             none reduces the residual.
         round_off: residual [force] that round-off alone explains; it always counts as converged.
         refinement: of the terms at its solutions, see `AssembledTerm.refine`.
-        changes: how terms change what they fix, as which soil takes part in contact.
+        changes: how terms change what they fix, as which points are active in contact.
     """
 
     tolerance: float

@@ -117,7 +117,7 @@ def _times(ratio: float) -> str:
 
 
 def _has_weight(model: Model) -> bool:
-    """Whether a density takes part in the forces."""
+    """Whether forces depend on a density."""
     dense = any(model.materials[name].density for name in _used(model))
     return dense and (bool(_gravity(model)) or model.analysis.inertia is not None)
 

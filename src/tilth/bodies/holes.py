@@ -72,7 +72,7 @@ def remaining(
 
 
 def _volume(outline: Ring, area: float, request: Request) -> float:
-    """Returns the volume of a hole [length^3]: per unit thickness, or in full circle (Pappus)."""
+    """Returns the volume of a hole: per unit length [length^2], or in full circle [length^3]."""
     if not request.axisymmetric:
         return area
     centre = outline.centre if isinstance(outline, Disc) else area_and_centroid(outline)[1]

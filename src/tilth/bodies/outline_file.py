@@ -268,7 +268,7 @@ def _closed(lines: Sequence[Line], shape: Outline, request: Request) -> list[Flo
     for loop in loops:
         if len(loop) < 3:
             problem = f"{_where(shape)} encloses no area at {_text(loop[0])}"
-            raise _refused(shape, request, problem, "remove what lies upon itself there")
+            raise _refused(shape, request, problem, "remove lines that lie on each other there")
     return loops
 
 

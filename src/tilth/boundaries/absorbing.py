@@ -35,7 +35,7 @@ LEAST_SHARE = 1e-6
 """Share of a force across a boundary in that along it, where another boundary may take it."""
 
 NO_SHARE = 1e-9
-"""Value of a shape function below which a node does not take part at a point."""
+"""Value of a shape function below which a node does not belong to a point."""
 
 
 class Absorbing:

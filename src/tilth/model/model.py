@@ -164,7 +164,7 @@ class Model(DeclaredFile):
         Raises:
             BadInput: the model cannot be computed, or has no such figure.
         """
-        # the picture belongs to a room above this one, so that its name alone stands here
+        # the analysis imports the model, so the model imports its pictures only here, by their name
         figures = import_module("tilth.analysis.setup").setup_figures(self)[1]
         if parameter not in figures:
             known = [name for name in figures if name]

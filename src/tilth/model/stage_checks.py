@@ -78,7 +78,7 @@ def stage_problems(model: Model) -> Iterator[Problem]:
                     yield Problem(f"{key}.{which}", f"{name!r} {state}", "leave it out", name)
         for name in gone & set(stage.activate):
             what = f"the rigid body {name!r} was removed and cannot come back"
-            remedy = "declare another one, where it is to be"
+            remedy = "declare another one at its new place"
             yield Problem(f"{key}.activate", what, remedy, name)
         gone |= {name for name in stage.deactivate if kinds.get(name) == ["rigid body"]}
         before, acting = acting, (acting | set(stage.activate)) - set(stage.deactivate)

@@ -275,7 +275,10 @@ class Soil:
 
     @cached_property
     def nodal_volume(self) -> Floats:
-        """Sum of S_ap V_p at each node at the start of the step [volume], shape (nodes,)."""
+        """Sum of S_ap V_p at each node at the start of the step, shape (nodes,).
+
+        In [length^dim, in axisymmetry length^3].
+        """
         return self.scatter(self.points.volume)
 
     def plastic_increment(self) -> Floats:

@@ -123,9 +123,10 @@ class Snapshot:
     """Point fields by full name: scalars (n,), vectors (n, dim), symmetric tensors (n, 6), general
     tensors (n, 3, 3). ``displacement`` [length] since the start, ``cauchy_stress`` [stress],
     with inertia ``velocity`` [length/time] and ``acceleration`` [length/time^2],
-    ``plastic_strain`` [-] (equivalent), ``volume`` [length^dim], ``domain`` [length] (half lengths
-    of the point's domain), where bodies have corners (CPDI) ``domain_corners`` [length], relative
-    to the point, x fastest, shape (n, 2**dim, dim), on request ``deformation_gradient`` [-];
+    ``plastic_strain`` [-] (equivalent), ``volume`` [length^dim, in axisymmetry length^3],
+    ``domain`` [length] (half lengths of the point's domain), where bodies have corners (CPDI)
+    ``domain_corners`` [length], relative to the point, x fastest, shape (n, 2**dim, dim), on
+    request ``deformation_gradient`` [-];
     material parameters that vary from place to place by their keys, and where a body has layers
     ``layer``, the number of a point's layer in its body."""
     node_position: Floats

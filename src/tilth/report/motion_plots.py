@@ -90,8 +90,8 @@ def motion_curves(table: Mapping[str, Floats], summary: Mapping[str, Any]) -> li
     """Returns the curves of all that has moved, in the order of the columns of boundaries.csv.
 
     ``summary`` is the declared model. A translation along a straight line has one curve, along it;
-    another one a curve for each component. Of a rigid body only prescribed components have curves,
-    or if none is, the largest one.
+    another one a curve for each component. For a rigid body only the prescribed components have
+    curves, or if there is none, the largest one.
     """
     bodies = {body["name"]: body for body in summary.get("rigid_bodies", ())}
     found: list[Curve] = []

@@ -90,8 +90,8 @@ class AssembledTerm(ABC):
     def adapt(self, displacement: Floats) -> bool:
         """Determines anew, before each linearisation, what is fixed while a correction is tried.
 
-        Such as which soil takes part in contact; only where changes are careful. At the
-        displacement of the last call of `force`.
+        Such as which points of a surface are active in contact; only where changes are careful. At
+        the displacement of the last call of `force`.
 
         Returns:
             Whether something changed: the forces are then others.

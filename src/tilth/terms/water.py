@@ -48,7 +48,7 @@ class Wetted:
     Attributes:
         share: of each domain that is below the water [-], shape (n,).
         share_by_depth: its derivative by the depth [1/length], shape (n,).
-        volume: current volume [length^dim, or as `MaterialPoints.initial_volume`], shape (n,).
+        volume: current volume [length^dim, in axisymmetry length^3], shape (n,).
         by_volume: derivative of `whole` by the volume [force/length^dim], shape (n, dim).
         whole: force on a point that is below the water entirely [force], shape (n, dim).
         inverse: of the step's deformation gradient [-], shape (n, 3, 3).

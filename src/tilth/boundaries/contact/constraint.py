@@ -3,13 +3,14 @@
 
 The supports are those of the implicit boundary method (`boundaries/implicit/multipliers.py`),
 selected for the normal direction; the shear tractions have the same supports. With the quadrature
-weights a_q of the points that take part, f_q the normal and the tangents, d the displacement of the
+weights a_q of the active points, f_q the normal and the tangents, d the displacement of the
 surface and g_q the gap at the start of the step,
 
     A = sum_q a_q,   m = (1/A) sum_q a_q [f_q . (u(y_q) - d_q) + g_q (normal only)],
     traction of each point: f_q sigma(m), with the law of `law.py`.
 
-u is taken at y_q, where the normal through the point meets the soil.
+u is taken at y_q, where the normal through the point meets the soil. A point is active if its gap
+and slip count in the means of its support.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ SURROUNDING = 0.75
 """Distance in cells within which points in contact decide whether they surround another one."""
 
 NEAR = 0.01
-"""Gap in cells beyond the smallest one up to which soil takes part in contact from the start."""
+"""Gap in cells beyond the smallest one up to which points are active from the start of a step."""
 
 
 INEXACT_DRIFT, SCATTER_OF_MEANS = 0.02, 0.25
@@ -191,8 +192,8 @@ class Supports:
             one.
 
     Attributes:
-        active: which points take part, shape (n,).
-        area: of the supports [length^(dim - 1)], shape (m,); 0 where no point takes part.
+        active: which points are active, shape (n,).
+        area: of the supports [length^(dim - 1)], shape (m,); 0 where no point is active.
         node_start, node: nodes of each multiplier, ragged, shapes (m + 1,), (entries,).
         row: integrals of N f over the supports, shape (dim, entries, dim), normal first.
         frame: normal and tangents at the points, shape (dim, n, dim).
@@ -228,14 +229,14 @@ class Supports:
         self.node_start = np.searchsorted(self.entry_owner, np.arange(self.count + 1))
         self.restart()
 
-    def restart(self, cautious: bool = False, owing: bool = False) -> None:
+    def restart(self, cautious: bool = False, deferring: bool = False) -> None:
         """Sets the state at the start of the step.
 
         cautious: whether the shear strength is that at the start of the step, and supports in
             contact begin without points near the soil, whose gap in the mean would open them.
-        owing: whether supports leave to the next step what of their mean gap is beyond the motion
-            in this one, so that a smaller step has less to close. It is drift, and the mean
-            of carried gaps where the points were in other supports.
+        deferring: whether supports close no more of their mean gap than the surface moves in this
+            step, so that a smaller step has less to close, and leave the rest to the next one. The
+            mean gap is drift, and the mean of carried gaps where the points were in other supports.
         """
         self.given, self.strength = cautious, None
         self.fixed = None
@@ -243,9 +244,10 @@ class Supports:
         self.added = np.zeros((self.count, len(self.frame)))
         touch, cell = self.part.touch, self.part.boundary.cell
         drift = self._drift()
-        owed = self._mean_in_contact(touch.gap) + drift
+        mean_gap = self._mean_in_contact(touch.gap) + drift
         motion = np.linalg.norm(self.part.pose.increment, axis=1).max(initial=0.0)
-        self.left = owed - owed.clip(-motion, motion) if owing else np.zeros_like(owed)
+        left = mean_gap - mean_gap.clip(-motion, motion)
+        self.left = left if deferring else np.zeros_like(mean_gap)
         self.first_gap = touch.gap + drift - self.left
         nearest = max(float(touch.gap.min(initial=np.inf)), 0.0)
         near = touch.gap < nearest + NEAR * cell
@@ -256,7 +258,7 @@ class Supports:
         self.slip = first_slip(self.law, self.before)
 
     def select(self, gap: Floats, level: float) -> None:
-        """Lets points take part by their gaps at the end of the step for a predicted motion.
+        """Makes points active by their gaps at the end of the step for a predicted motion.
 
         A body that rolls leaves soil behind and comes to other soil ahead; the mean gaps, and so
         the path of the body, must not jump.
@@ -271,9 +273,9 @@ class Supports:
         """Returns by how much points in contact follow what is measured in a step [length], (n,).
 
         The gaps carried are those of supports; along a curved surface soil drifts off it while it
-        slides. What is measured tells, in the mean over a support, beyond what is inexact in it.
-        Along flat faces that do not turn nothing drifts, and domains of sheared soil do not end at
-        the surface: so what is measured there is not followed.
+        slides. The measured gaps are followed in the mean over a support, beyond their inexactness.
+        They are not followed along flat faces that do not turn: there nothing drifts, and domains
+        of sheared soil do not end at the surface.
         """
         touch, cell = self.part.touch, self.part.boundary.cell
         if self.part.boundary.is_flat and not self._turns():
@@ -300,7 +302,7 @@ class Supports:
         return np.where(closed, mean[owner], 0.0)
 
     def activate(self, active: Flags) -> None:
-        """Sets which points take part, shape (n,)."""
+        """Sets which points are active, shape (n,)."""
         part, dim = self.part, len(self.frame)
         self.active = active
         self.weight = np.where(active, part.pose.weight * self.share, 0.0)
@@ -442,7 +444,7 @@ class Supports:
 
 
 def select_by_gaps(supports: Sequence[Supports], gaps: Sequence[Floats]) -> None:
-    """Lets points of a body take part by their gaps at the end of the step, as `Supports.select`.
+    """Makes points of a body active by their gaps at the end of the step, as `Supports.select`.
 
     Without contact before only those nearest to the soil, not all that would be in it after free
     fall. gaps: for a predicted motion, of each support's points [length].

@@ -41,8 +41,8 @@ LEAST_SUPPORT = 0.05
 edge only just, the supports on both sides can be more than the nodes there satisfy."""
 
 OVERLAP = 2e-3
-"""Depth in the surface, in cells, from which soil takes part in the contact of a step; where the
-support of its multiplier is in contact, gap up to which it does."""
+"""Depth of soil in the surface, in cells, from which a point becomes active within a step; where
+the support of its multiplier is in contact, gap up to which it does."""
 
 LARGEST_HOLE = 0.05
 """Gap in cells up to which a point in the middle of the area in contact is in contact as well: the
@@ -83,8 +83,8 @@ class AssembledContact(GlobalUnknowns):
     Where changes are careful, the shear strength is that of the pressure at the start of the step
     from the first iteration on (`PATIENCE`), and points that join a support in contact do not open
     it by their gap. Where they are single, supports open and close one at a time as well: within
-    Newton's iteration they may do so in turn for ever. They also leave gaps that no smaller step
-    makes smaller to the next one.
+    Newton's iteration they may do so in turn for ever. They also leave to the next step those gaps
+    that a smaller step would not make smaller.
     """
 
     def __init__(
@@ -228,7 +228,7 @@ class AssembledContact(GlobalUnknowns):
         return nodal, own
 
     def _select(self, displacement: Floats, unknowns: Floats) -> None:
-        """Selects, once in an attempt, what takes part for a body that moves with inertia."""
+        """Selects, once in an attempt, the active points of a body that moves with inertia."""
         if self._is_selected or self.body is None or not self.body.moves_with_inertia:
             return
         self._is_selected = True
@@ -315,7 +315,7 @@ class AssembledContact(GlobalUnknowns):
         return joined
 
     def adapt(self, displacement: Floats) -> bool:
-        """As `AssembledTerm.adapt`: soil that came into contact takes part."""
+        """As `AssembledTerm.adapt`: points that soil has come to are active."""
         changed = False
         for support, _, each in self._each():
             held = (each.response.closed & (support.area > 0.0))[support.part.owner]
@@ -343,7 +343,7 @@ class AssembledContact(GlobalUnknowns):
         self._is_selected = self._is_guessed = False
         self._held = self._may_hold = False
         for support in self._supports:
-            support.restart(cautious=self._is_cautious, owing=self._is_fixed)
+            support.restart(cautious=self._is_cautious, deferring=self._is_fixed)
 
     @property
     def _is_fixed(self) -> bool:
@@ -366,7 +366,7 @@ class AssembledContact(GlobalUnknowns):
         return self._changes is not Changes.USUAL
 
     def revise(self, displacement: Floats) -> bool:
-        """As `AssembledTerm.revise`: soil that came into contact takes part; gaps are closed.
+        """As `AssembledTerm.revise`: points that soil has come to are active; gaps are closed.
 
         What has turned round and sticks beyond its strength slides.
         """

@@ -209,7 +209,7 @@ def find_contacts(
 
 
 Keeps = Callable[[Integers, Integers, Floats], Flags]
-"""Returns which points of a surface take part, (k,): by their numbers (k,), the keys of their
+"""Returns which points of a surface are kept, (k,): by their numbers (k,), the keys of their
 cells (k,) and their coordinates in these (k, dim)."""
 
 

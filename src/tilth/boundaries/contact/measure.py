@@ -176,8 +176,8 @@ def measure(
     """Returns the soil opposite to quadrature points of a surface.
 
     Where a point is opposite soil and a point near is not, or the reverse, its share is measured at
-    several positions of its tributary part. Of a point that is not opposite soil itself, but in
-    part, gap and material point are those of the nearest soil.
+    several positions of its tributary part. A point that is opposite soil only with a part of
+    it has the gap and the material point of the nearest soil.
 
     places: the points' owners, each of which measures; this process alone if not given.
     """
