@@ -246,8 +246,8 @@ def test_the_check_finds_a_wrong_tangent(monkeypatch: pytest.MonkeyPatch) -> Non
     """An error of a thousandth of the stiffness fails."""
     original = ElementPoint.update
 
-    def wrong(point: ElementPoint, gradients: Floats) -> Any:
-        found = original(point, gradients)
+    def wrong(point: ElementPoint, *given: Any) -> Any:
+        found = original(point, *given)
         found.tangent[:, 0, 0, 0] *= 1.001
         return found
 
