@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 import tilth
-from tilth.arrays import Floats
 from tilth.element_tests.check import check_tangents, tangent_error
 from tilth.element_tests.kinematics import along_planes, without_rotation
 from tilth.element_tests.point import ElementPoint
