@@ -14,7 +14,7 @@ from mesh_bodies import write
 from tilth import Model
 from tilth.arrays import Floats
 from tilth.boundaries.contact.rotation import rotation_by
-from tilth.boundaries.contact.state import ContactState
+from tilth.terms.outcome import ContactState
 from tilth.verification.cases import example, varied, with_basis
 from tilth.verification.contact_patch import (
     PROBLEM,

@@ -12,11 +12,11 @@ from contact_terms import next_balance
 from small_problems import AXES, SPACINGS, dimension
 
 from tilth import Model
-from tilth.analysis.dynamics import inertia_of
 from tilth.analysis.energies import Energies
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
-from tilth.terms.inertia import RELATIVE_SHIFT, Motion, TimeIntegration
+from tilth.terms.inertia import RELATIVE_SHIFT, AssembledInertia, TimeIntegration
+from tilth.terms.motion import Motion
 
 NEWMARK: dict[str, Any] = {"scheme": "newmark"}
 ALPHA: dict[str, Any] = {"scheme": "generalised_alpha", "spectral_radius": 0.6}
@@ -103,7 +103,8 @@ def test_the_stiffness_of_inertia_is_the_derivative_of_its_force(
     simulation = block(kind, inertia=inertia)
     simulation.advance(0.0, 0.02)
     balance = next_balance(simulation, 0.02, 0.05, monkeypatch)
-    term, random = inertia_of(balance), np.random.default_rng(3)
+    term, random = balance.motion, np.random.default_rng(3)
+    assert isinstance(term, AssembledInertia)
     shape = (balance.active.nodes, balance.active.grid.dim)
     u, direction = 1e-3 * random.normal(size=shape), random.normal(size=shape)
     direction[term._constrained] = 0.0  # the axis
@@ -285,12 +286,12 @@ def test_the_local_error_is_that_of_a_constant_jerk(
         taylor = h * v + h**2 / 2.0 * a + h**3 / 6.0 * jerk
         moved = h * v + h**2 * ((0.5 - beta) * a + beta * (a + h * jerk))
         u = np.tile(moved, (balance.active.nodes, 1))
-        error = inertia_of(balance).local_error(u)
+        error = balance.motion.local_error(u)
         if radius in (None, 1.0):
             trapezoidal = h * v + h**2 / 4.0 * (2.0 * a + h * jerk)
             np.testing.assert_allclose(trapezoidal - taylor, h**3 / 12.0 * jerk, rtol=1e-10)
         np.testing.assert_allclose(error, np.tile(moved - taylor, (len(error), 1)), rtol=1e-6)
-        still = inertia_of(balance).guess() - (h * v + h**2 / 2.0 * a)
+        still = balance.motion.guess() - (h * v + h**2 / 2.0 * a)
         np.testing.assert_allclose(still, 0.0, atol=1e-8 * h * np.abs(v).max())
         dynamics, sizes = simulation.declared_dynamics, np.full_like(error, cell)
         assert dynamics is not None

@@ -20,7 +20,7 @@ from tilth.analysis.energies import Energies
 from tilth.analysis.rigid_shapes import rigid_shapes
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.tracker import Tracker
-from tilth.boundaries.contact.state import ContactState, RigidBodyState
+from tilth.boundaries.contact.state import RigidBodyState
 from tilth.output import (
     ContactShape,
     ResultsWriter,
@@ -31,6 +31,7 @@ from tilth.output import (
 )
 from tilth.report.contact_plots import along_surface, draw_contact
 from tilth.report.field_plots import draw_frames
+from tilth.terms.outcome import ContactState
 
 BALL = {
     "name": "ball", "geometry": {"type": "circle", "centre": [1.0, 2.5], "radius": 0.5,

@@ -10,10 +10,10 @@ import numpy as np
 from tilth.analysis.rigid_shapes import placed, rigid_shapes
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
-from tilth.boundaries.contact.state import ContactState
 from tilth.model import ImplicitBoundary, Model
 from tilth.mpm.points import MaterialPoints
 from tilth.output.snapshot import ContactShape, SurfaceShape
+from tilth.terms.outcome import ContactState
 
 
 def contact_names(model: Model) -> list[str]:

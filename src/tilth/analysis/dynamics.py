@@ -15,7 +15,6 @@ from tilth.analysis.attempts import solve
 from tilth.analysis.step_result import PreparedStep
 from tilth.analysis.wave_boundaries import WaveBoundaries
 from tilth.arrays import Floats
-from tilth.boundaries.contact.forces import AssembledContact
 from tilth.errors import StepFailed
 from tilth.model import Inertia as DeclaredInertia
 from tilth.model import Model
@@ -24,7 +23,7 @@ from tilth.mpm.water import PhreaticSurface
 from tilth.mpm.wet_mass import total_mass
 from tilth.terms.balance import Balance
 from tilth.terms.ghost import Faces
-from tilth.terms.inertia import AssembledInertia, Inertia, TimeIntegration, TimeStep
+from tilth.terms.inertia import Inertia, TimeIntegration, TimeStep
 from tilth.terms.protocol import Term
 from tilth.terms.stiffness_damping import StiffnessDamping
 
@@ -119,7 +118,7 @@ class Dynamics:
 
     def force_at_start(self, balance: Balance) -> Floats:
         """Returns inertia and damping of the motion that the points have [force], (nodes, dim)."""
-        return inertia_of(balance).force_at_start(self._damping)
+        return balance.motion.force_at_start(self._damping)
 
     def begin(self, simulation: Simulation, time: float, size: float) -> None:
         """Finds the accelerations at the start, if they are unknown.
@@ -146,18 +145,16 @@ class Dynamics:
                 self.begun = True
                 return
             found = solve(simulation, step, soil, balance, lambda iteration, residual: None)
-        after, motion = inertia_of(balance).after(found.displacement), simulation.points.motion
+        after, motion = balance.motion.after(found.displacement), simulation.points.motion
         acceleration = soil.interpolate(after.acceleration) - self._damping * motion[:, 0]
         motion[:, 1] = motion[:, 2] = acceleration
-        for term, own in balance.unknowns(found.global_unknowns):
-            if isinstance(term, AssembledContact) and term.body is not None:
-                term.body.start(own, size)
+        balance.start(found.global_unknowns, size)
         self.begun = True
 
     @staticmethod
     def guess(balance: Balance) -> Floats:
         """Returns the displacement of a step without a change of the acceleration, (nodes, dim)."""
-        return inertia_of(balance).guess()
+        return balance.motion.guess()
 
     def possible_size(
         self, balance: Balance, displacement: Floats, moved: Floats, cell_size: Floats
@@ -176,7 +173,7 @@ class Dynamics:
             reason = f"a point moves by {most:.3g} cells in the step, but largest_motion"
             reason += f" = {self._largest_motion:g}"
         if self._largest_error < math.inf:
-            error = inertia_of(balance).local_error(displacement) / cell_size
+            error = balance.motion.local_error(displacement) / cell_size
             most = comm.max(float(np.linalg.norm(error, axis=1).max()))
             possible = (self._largest_error / max(most, 1e-300)) ** (1.0 / 3.0)
             if possible < share:
@@ -208,8 +205,3 @@ class Dynamics:
         if state["begun"].shape != (1,):
             raise ValueError("'begun' is not one flag")
         self.begun = bool(state["begun"][0])
-
-
-def inertia_of(balance: Balance) -> AssembledInertia:
-    """Returns the inertia in the balance of a dynamic step."""
-    return next(term for term in balance.terms if isinstance(term, AssembledInertia))

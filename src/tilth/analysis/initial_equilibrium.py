@@ -20,7 +20,6 @@ from tilth.analysis.simulation import Simulation
 from tilth.analysis.step import Equilibrium
 from tilth.analysis.step_result import PreparedStep, StepResult, result_of
 from tilth.arrays import Floats
-from tilth.boundaries.contact.forces import AssembledContact
 from tilth.boundaries.contact.rigid_body import RigidBody
 from tilth.comm import together
 from tilth.errors import AnalysisFailed, BadInput, StepFailed
@@ -209,8 +208,10 @@ class _Search:
             soil = simulation.soil_on(step.active)
             withheld = _Withheld(step.active)
             balance = Balance(step.active, [*simulation.terms(step, soil), withheld])
-            if not self._is_down and self._come_down(balance):
-                continue
+            if not self._is_down:
+                self._is_down = True
+                if balance.come_down():
+                    continue
             constrained = step.conditions.constrained
             residual = Residual(balance, constrained)
             zero = np.zeros_like(step.conditions.increment)
@@ -232,17 +233,6 @@ class _Search:
                 self._cut(failure)
                 continue
             self._accept(share, residual, now)
-
-    def _come_down(self, balance: Balance) -> bool:
-        """Moves loaded bodies down on the soil, without forces; returns whether any has moved."""
-        self._is_down = True
-        moved = False
-        for term in balance.terms:
-            if isinstance(term, AssembledContact) and term.body is not None:
-                way = term.way_down()
-                term.body.come_down(way)
-                moved |= bool(way.any())
-        return moved
 
     def _load_bodies(self, share: float) -> None:
         """Lets a share of the forces on the rigid bodies act, but for those that move freely."""

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from tilth.analysis.dynamics import SAFETY, WITHIN, inertia_of
+from tilth.analysis.dynamics import SAFETY, WITHIN
 from tilth.analysis.step_result import PreparedStep, Relaxing, StepResult
 from tilth.analysis.wave_boundaries import WaveBoundaries
 from tilth.arrays import Floats
@@ -26,8 +26,8 @@ from tilth.mpm.water import PhreaticSurface
 from tilth.mpm.wet_mass import total_mass
 from tilth.terms.balance import Balance
 from tilth.terms.ghost import Faces
-from tilth.terms.inertia import AssembledInertia, Inertia, TimeIntegration, TimeStep
-from tilth.terms.protocol import Term
+from tilth.terms.inertia import Inertia, TimeIntegration, TimeStep
+from tilth.terms.protocol import Role, Term
 
 if TYPE_CHECKING:
     from tilth.analysis.simulation import Simulation
@@ -175,14 +175,14 @@ class Relaxation:
 
     def guess(self, balance: Balance) -> Floats | None:
         """As `Dynamics.guess`; none for the last step."""
-        return None if self.settling else inertia_of(balance).guess()
+        return None if self.settling else balance.motion.guess()
 
     def possible_size(
         self, balance: Balance, displacement: Floats, moved: Floats, cell_size: Floats
     ) -> tuple[float, str]:
         """As `Dynamics.possible_size`."""
-        terms = [term for term in balance.terms if isinstance(term, AssembledInertia)]
-        self._norm = sum(balance.active.norm(term.force(displacement)) for term in terms)
+        forces = [term.force(displacement) for term in balance.of_role(Role.INERTIA)]
+        self._norm = sum(balance.active.norm(each) for each in forces)
         most = balance.comm.max(float(np.abs(moved / cell_size).max()))
         return LARGEST_MOTION / max(most, 1e-300), "the soil moves too far in the step"
 

@@ -472,7 +472,10 @@ class Simulation:
         force = self.round_off / ROUND_OFF
         motion = self._time_step(before, after)
         still = stiffening != 1.0 or (motion is not None and motion.from_rest)
-        terms += contact_terms(constraints.contacts, self.bodies, after, force, active.nodes, still)
+        terms += contact_terms(
+            constraints.contacts, self.bodies, after, force, active.nodes,
+            self.kept_contact.normal, still,
+        )  # fmt: skip
         if self._ghost.of_weight or len(self._edge_support.face):
             terms.append(self._edge_support.term(active, self._ghost.of_weight, stiffening))
         if self.water is not None:

@@ -17,7 +17,6 @@ from tilth.arrays import Flags, Floats
 from tilth.bodies.forms import form_of
 from tilth.bodies.inside import inside_of
 from tilth.bodies.request import Request
-from tilth.boundaries.contact.forces import AssembledContact
 from tilth.boundaries.implicit.boundary import Implicit
 from tilth.errors import BadInput, StepFailed
 from tilth.fields.tables import place_text
@@ -30,6 +29,7 @@ from tilth.mpm.initial_points import initial_points, present_points
 from tilth.mpm.points import MaterialPoints, PointRange
 from tilth.mpm.wet_mass import total_mass
 from tilth.terms.balance import Balance
+from tilth.terms.protocol import Role
 
 
 def next_stage(last: Simulation, model: Model, initial: MaterialPoints) -> Simulation:
@@ -248,10 +248,13 @@ def _contact_so_far(balance: Balance, kept: KeptContact | None) -> Floats:
     """
     change = np.zeros((balance.active.nodes, balance.active.grid.dim))
     for term in balance.terms:
-        if isinstance(term, AssembledContact):
-            change -= term.constant_force()
-            if kept is None or term.is_between_bodies:
-                change += term.carried_force()
+        if term.role not in (Role.CONTACT, Role.BETWEEN_BODIES):
+            continue
+        without_motion, carried = term.constant_force(), term.carried_force()
+        if without_motion is not None:
+            change -= without_motion
+        if carried is not None and (kept is None or term.role is Role.BETWEEN_BODIES):
+            change += carried
     return change if kept is None else change - kept.at(balance.active)
 
 

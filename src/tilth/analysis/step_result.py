@@ -14,16 +14,12 @@ from tilth.analysis.step import Equilibrium
 from tilth.arrays import Floats
 from tilth.boundaries import Conditions, ImplicitConstraints
 from tilth.boundaries.axis import AxisConstraints
-from tilth.boundaries.contact.forces import AssembledContact
-from tilth.boundaries.contact.state import ContactState
 from tilth.boundaries.implicit.near_soil import NearSoil
 from tilth.comm import total
 from tilth.mpm.grid import ActiveGrid
 from tilth.terms.balance import Balance
-from tilth.terms.dashpots import AssembledDashpots
-from tilth.terms.inertia import AssembledInertia
+from tilth.terms.outcome import ContactState, Outcome
 from tilth.terms.protocol import Role
-from tilth.terms.stiffness_damping import AssembledStiffnessDamping
 
 
 @dataclass(frozen=True)
@@ -160,31 +156,26 @@ def result_of(
     conditions, constraints = step.conditions, step.constraints
     carried = constraints.after(equilibrium.displacement)
     forces = conditions.forces(equilibrium.reaction) | constraints.forces(carried)
-    contacts = [term for term in balance.terms if isinstance(term, AssembledContact)]
-    forces |= {contact.name: contact.nodal_force() for contact in contacts}
-    touching, between = np.zeros_like(equilibrium.load), np.zeros_like(equilibrium.load)
-    for contact in contacts:
-        total = between if contact.is_between_bodies else touching
-        total += contact.carried_force()
-    slipped = [(each, each.slip_work(kept.normal.get(each.name))) for each in contacts]
+    outcomes = balance.outcomes(equilibrium.displacement)
+    contacts = [(of, of.contact) for of in outcomes if of.contact is not None]
+    for of, _ in contacts:
+        forces |= of.forces
+    touching = balance.carried_force(Role.CONTACT)
     if len(kept.key) > 0:  # else there was none, or another stage
         touching = -kept.at(balance.active)
-    loading = [forces[each.name] for each in contacts if not each.is_between_bodies]
+    loading = [forces[each.name] for _, each in contacts if not each.is_between_bodies]
     acting = sum(loading, np.zeros_like(touching))
     kept.keep(balance.active, acting)
-    kept.normal = {each.name: of.normal for each, of in slipped}
+    kept.normal = {each.name: each.normal for _, each in contacts}
     reaction_before = constraints.reaction_before(
         equilibrium.initial_reaction,
         conditions.constrained,
         balance.constant_force(),
         touching,
-        between,
+        balance.carried_force(Role.BETWEEN_BODIES),
     )
-    states = {each.name: each.state(equilibrium.displacement) for each in contacts}
-    damping = (AssembledInertia, AssembledStiffnessDamping)
-    damped = [term for term in balance.terms if isinstance(term, damping)]
-    inertia = [term for term in balance.terms if isinstance(term, AssembledInertia)]
-    dashpots = [term for term in balance.terms if isinstance(term, AssembledDashpots)]
+    states = {each.name: each.state for _, each in contacts}
+    works = [of.work for of in outcomes]
     result = StepResult(
         balance.active,
         equilibrium,
@@ -193,39 +184,42 @@ def result_of(
         step.after,
         areas=constraints.areas | {name: each.area for name, each in states.items()},
         contacts=states,
-        between_bodies=frozenset(each.name for each in contacts if each.is_between_bodies),
-        friction_work=sum(of.friction for _, of in slipped),
-        damping_work=sum(each.damping_work(equilibrium.displacement) for each in damped),
-        integration_work=sum(each.integration_work(equilibrium.displacement) for each in inertia),
-        stabilisation_work=_stabilisation_work(balance, equilibrium.displacement, kept_ghost),
-        gap_work=sum(of.gaps for _, of in slipped),
-        radiated_work=sum(each.radiated_work(equilibrium.displacement) for each in dashpots),
+        between_bodies=frozenset(each.name for _, each in contacts if each.is_between_bodies),
+        friction_work=sum(each.friction for each in works),
+        damping_work=sum(each.damping for each in works),
+        integration_work=sum(each.integration for each in works),
+        stabilisation_work=_stabilisation_work(balance, equilibrium, outcomes, kept_ghost),
+        gap_work=sum(each.gaps for each in works),
+        radiated_work=sum(each.radiated for each in works),
     )
     twice = balance.load_before + equilibrium.load + reaction_before + result.reaction
     work = 0.5 * balance.active.work(twice, equilibrium.displacement)
-    work += sum(of.total for each, of in slipped if not each.is_between_bodies)
-    forces |= {each.name: each.on_soil(equilibrium.displacement) for each in dashpots}
+    work += sum(of.work.surface for of, each in contacts if not each.is_between_bodies)
+    for of in outcomes:  # those of inertia, which are no part of this work, after it
+        forces |= of.forces
     return replace(result, forces=forces, work=work)
 
 
-def _stabilisation_work(balance: Balance, displacement: Floats, kept: KeptForce) -> float:
+def _stabilisation_work(
+    balance: Balance, equilibrium: Equilibrium, outcomes: Sequence[Outcome], kept: KeptForce
+) -> float:
     """Returns the work that ghost stabilisation takes in a step [force length], with its mass.
 
     By the trapezoidal rule. The points carry neither the ghost mass's acceleration nor its kinetic
     energy to the next step: in place of the work of its force at the end stands that energy.
 
-    kept: its internal force at the end of the last step; is renewed.
+    outcomes: of the terms. kept: the internal force at the end of the last step; is renewed.
     """
-    ghosts = [term for term in balance.terms if term.role is Role.STABILISATION]
+    displacement, ghosts = equilibrium.displacement, balance.of_role(Role.STABILISATION)
     zero = np.zeros_like(displacement)
     before = sum((each.force(zero) for each in ghosts), zero)
     if len(kept.key) > 0:  # else there was none, or another stage
         before = kept.at(balance.active)
     after = sum((each.force(displacement) for each in ghosts), zero)
     work = 0.5 * balance.active.work(before + after, displacement)
-    for term in balance.terms:
-        if isinstance(term, AssembledInertia):
-            work += term.ghost_energy(displacement)
-            after = after + term.ghost_force(displacement)
+    for of in outcomes:
+        if of.ghost_force is not None:
+            work += of.work.stabilisation
+            after = after + of.ghost_force
     kept.keep(balance.active, after)
     return work

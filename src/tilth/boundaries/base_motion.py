@@ -21,7 +21,8 @@ from tilth.boundaries.protocol import Prescribed
 from tilth.fields.record import Record
 from tilth.model import Model, PlaneBoundary
 from tilth.mpm.grid import ActiveGrid
-from tilth.terms.inertia import Motion, TimeStep
+from tilth.terms.inertia import TimeStep
+from tilth.terms.motion import Motion
 
 StepOf = Callable[[float, float], TimeStep | None]
 """Returns the step of the equations of motion between two times; None if it has no inertia."""

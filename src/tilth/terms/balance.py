@@ -13,7 +13,9 @@ from tilth.arrays import Flags, Floats
 from tilth.comm import count, norm
 from tilth.mpm.bordered_matrix import Border
 from tilth.mpm.grid import ActiveGrid
-from tilth.terms.protocol import Changes, GlobalUnknowns, Role, Term, union
+from tilth.terms.motion import NodalMotion
+from tilth.terms.outcome import Outcome
+from tilth.terms.protocol import AssembledTerm, Changes, GlobalUnknowns, Role, Term, union
 
 
 @dataclass(frozen=True)
@@ -78,6 +80,30 @@ class Balance:
                 total += force
         return total
 
+    def of_role(self, role: Role) -> list[AssembledTerm]:
+        """Returns the terms of one role, in their order."""
+        return [term for term in self.terms if term.role is role]
+
+    @property
+    def motion(self) -> NodalMotion:
+        """The motion of the nodes over the step; only where a term integrates it over time."""
+        return next(term.motion for term in self.terms if term.motion is not None)
+
+    def outcomes(self, displacement: Floats) -> list[Outcome]:
+        """Returns what the terms tell of a converged step, in their order.
+
+        At the displacement of the last call of `forces`, before the step is committed.
+        """
+        found = (term.outcome(displacement) for term in self.terms)
+        return [each for each in found if each is not None]
+
+    def carried_force(self, role: Role) -> Floats:
+        """Returns the internal force of contact's tractions at the step's start, (nodes, dim).
+
+        role: `CONTACT` or `BETWEEN_BODIES`, of which the terms are. In [force].
+        """
+        return self._sum(term.carried_force() for term in self.of_role(role))
+
     def constant_force(self) -> Floats:
         """Returns the force of all linear terms at zero displacement [force], (nodes, dim)."""
         return self._sum(term.constant_force() for term in self.terms)
@@ -129,6 +155,19 @@ class Balance:
             for term, own in zip(self.terms, self._slices, strict=True)
             if isinstance(term, GlobalUnknowns)
         ]
+
+    def come_down(self) -> bool:
+        """Moves loaded free bodies down on the soil; returns whether any has moved."""
+        moved = [term.come_down() for term in self.terms if isinstance(term, GlobalUnknowns)]
+        return any(moved)
+
+    def start(self, unknowns: Floats, size: float) -> None:
+        """Hands out the accelerations at the start, see `GlobalUnknowns.start`.
+
+        unknowns: of all terms, shape (m,); size: of the first step [time].
+        """
+        for term, own in self.unknowns(unknowns):
+            term.start(own, size)
 
     def begin_at_guess(self) -> None:
         """Tells the terms that the next displacement is a guess."""

@@ -21,6 +21,7 @@ from tilth.mpm.pattern import Elements, same_starts
 from tilth.mpm.quadrature import PointsInCells
 from tilth.terms.inertia import AssembledInertia, Inertia
 from tilth.terms.linear import Coupling
+from tilth.terms.outcome import Outcome, Work
 from tilth.terms.protocol import AssembledTerm, NodeLists, Role, Term
 from tilth.terms.released import Release
 
@@ -112,6 +113,11 @@ class AssembledDashpots(AssembledTerm):
             by_displacement, _ = self._inertia.derivatives()
             matrix = by_displacement * self._coupling.matrix
             _core.add_dense_blocks(self._elements, matrix, blocks)
+
+    def outcome(self, displacement: Floats) -> Outcome:
+        """As `AssembledTerm.outcome`: its force on the soil, and what leaves through it."""
+        work = Work(radiated=self.radiated_work(displacement))
+        return Outcome({self.name: self.on_soil(displacement)}, work)
 
     def radiated_work(self, displacement: Floats) -> float:
         """Returns the energy that leaves in the step less what comes in [force length]."""

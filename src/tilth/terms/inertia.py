@@ -24,6 +24,8 @@ from tilth.mpm.mass import ConsistentMass
 from tilth.mpm.pattern import Elements, same_starts
 from tilth.mpm.soil import Soil
 from tilth.terms.ghost import Faces
+from tilth.terms.motion import Motion
+from tilth.terms.outcome import Outcome, Work
 from tilth.terms.protocol import AssembledTerm, NodeLists, Role, Term
 
 GHOST_MASS = 1.0 / 12.0
@@ -34,18 +36,6 @@ has (rho / 4) (h^3 / 3)."""
 RELATIVE_SHIFT = 1e-8
 """Inertia added to all nodes in the matrix only, relative to the greatest: slivers of domains give
 their nodes almost dependent masses."""
-
-
-@dataclass(frozen=True)
-class Motion:
-    """Velocity, acceleration and algorithmic acceleration of nodes, or of a rigid body.
-
-    Arrays of the same shape [length/time, length/time^2].
-    """
-
-    velocity: Floats
-    acceleration: Floats
-    algorithmic: Floats
 
 
 @dataclass(frozen=True)
@@ -228,6 +218,11 @@ class AssembledInertia(AssembledTerm):
         zero = np.zeros_like(increment)
         self.before = Motion(zero, zero, zero) if step.from_rest else self.motion_at_start()
 
+    @property
+    def motion(self) -> AssembledInertia:
+        """As `AssembledTerm.motion`."""
+        return self
+
     def motion_at_start(self) -> Motion:
         """Returns the motion of the nodes that the points have, shape (nodes, dim) each."""
         n, kinds, dim = self._soil.points.motion.shape
@@ -294,6 +289,15 @@ class AssembledInertia(AssembledTerm):
         _, factor = self._integration.derivatives(self._size)
         moved = np.abs(displacement) + self._size * np.abs(self.before.velocity)
         return np.asarray(factor * self._mass.times(moved))
+
+    def outcome(self, displacement: Floats) -> Outcome:
+        """As `AssembledTerm.outcome`: what damping, time integration and ghost mass take."""
+        work = Work(
+            damping=self.damping_work(displacement),
+            integration=self.integration_work(displacement),
+            stabilisation=self.ghost_energy(displacement),
+        )
+        return Outcome(work=work, ghost_force=self.ghost_force(displacement))
 
     def local_error(self, displacement: Floats) -> Floats:
         """Returns the local error of the points' displacements [length], shape (n, dim).

@@ -27,6 +27,8 @@ from tilth.arrays import Flags, Floats
 from tilth.mpm.bordered_matrix import Border
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.pattern import Elements
+from tilth.terms.motion import NodalMotion
+from tilth.terms.outcome import Outcome
 
 NodeLists = tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]]
 """First entry of each element, shape (elements + 1,), and node numbers, shape (entries,)."""
@@ -39,6 +41,10 @@ class Role(Enum):
     LOAD = auto()
     INERTIA = auto()
     STABILISATION = auto()
+    CONTACT = auto()
+    """Of soil with boundaries and rigid bodies."""
+    BETWEEN_BODIES = auto()
+    """Contact of soil with other soil."""
     OTHER = auto()
 
 
@@ -135,6 +141,25 @@ class AssembledTerm(ABC):
         At the displacement of the last call of `force`. Terms are committed in any order.
         """
 
+    @property
+    def motion(self) -> NodalMotion | None:
+        """The motion of the nodes, of a term that integrates it over time; None for all others."""
+        return None
+
+    def outcome(self, displacement: Floats) -> Outcome | None:
+        """Returns forces, work and state of contact of a converged step; None if it has none.
+
+        At the displacement of the last call of `force`, before the step is committed.
+        """
+        return None
+
+    def carried_force(self) -> Floats | None:
+        """Returns the internal force of the tractions of contact at the start of the step [force].
+
+        Shape (nodes, dim); None for terms without contact.
+        """
+        return None
+
     def load_before(self) -> Floats | None:
         """Returns the external force at the start of the step [force], (nodes, dim); None for 0."""
         return None
@@ -185,6 +210,22 @@ class GlobalUnknowns(AssembledTerm):
 
     def begin_at_guess(self) -> None:
         """Tells that the next displacement is a guess; nothing by default."""
+
+    def come_down(self) -> bool:
+        """Moves a loaded free body that is off the soil down on it, without forces.
+
+        Returns:
+            Whether it has moved; False by default.
+        """
+        return False
+
+    def start(self, unknowns: Floats, size: float) -> None:
+        """Takes the accelerations at the start from the very short step that finds them.
+
+        Args:
+            unknowns: its global unknowns' increments in that step, shape (m,).
+            size: of the first step [time].
+        """
 
     @abstractmethod
     def forces(self, displacement: Floats, unknowns: Floats) -> tuple[Floats, Floats]:

@@ -21,6 +21,7 @@ from tilth.arrays import Floats
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.pattern import Elements
 from tilth.mpm.soil import Soil
+from tilth.terms.outcome import Outcome, Work
 from tilth.terms.protocol import AssembledTerm, Role, Term
 
 
@@ -59,6 +60,10 @@ class AssembledStiffnessDamping(AssembledTerm):
     def add_stiffness(self, displacement: Floats, blocks: Floats) -> None:
         """As `AssembledTerm.add_stiffness`."""
         self._viscous.add_stiffness(self._pattern, blocks)
+
+    def outcome(self, displacement: Floats) -> Outcome:
+        """As `AssembledTerm.outcome`: what the damping takes."""
+        return Outcome(work=Work(damping=self.damping_work(displacement)))
 
     def damping_work(self, displacement: Floats) -> float:
         """Returns the work of the forces in the step [force length]."""

@@ -10,9 +10,9 @@ import numpy as np
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
-from tilth.boundaries.contact.state import ContactState
 from tilth.errors import AnalysisFailed
 from tilth.model import Model
+from tilth.terms.outcome import ContactState
 from tilth.verification.curves import Curve
 from tilth.verification.march import march
 

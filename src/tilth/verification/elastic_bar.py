@@ -13,7 +13,8 @@ import numpy as np
 from tilth.analysis.energies import Energies
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
-from tilth.terms.inertia import Motion, TimeIntegration
+from tilth.terms.inertia import TimeIntegration
+from tilth.terms.motion import Motion
 from tilth.verification.cases import example, folder_of_cases, varied
 from tilth.verification.comparison import Comparison, absolute, relative, vanishing
 

@@ -28,7 +28,8 @@ import numpy.typing as npt
 from tilth.arrays import Floats
 from tilth.boundaries.contact.rotation import DIFFERENCE, left_jacobian, rotation_by
 from tilth.model import RigidBody
-from tilth.terms.inertia import Motion, TimeStep
+from tilth.terms.inertia import TimeStep
+from tilth.terms.motion import Motion
 
 NAMES = ("velocity", "acceleration", "algorithmic")
 

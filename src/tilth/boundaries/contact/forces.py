@@ -14,7 +14,6 @@ the derivative by m of the virtual work of the same tractions (docs/theory/conta
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,15 +22,14 @@ from tilth.arrays import Flags, Floats
 from tilth.boundaries.contact.approach import FIRST_OVERLAP, distance_to_soil
 from tilth.boundaries.contact.between_bodies import BodyContact
 from tilth.boundaries.contact.constraint import Supports, select_by_gaps
-from tilth.boundaries.contact.law import ContactResponse
+from tilth.boundaries.contact.outcome import Evaluated, contact_outcome
 from tilth.boundaries.contact.rigid_body import WEAK_SPRING, RigidBody
-from tilth.boundaries.contact.slip_work import SlipWork, slip_work
-from tilth.boundaries.contact.state import ContactState
 from tilth.errors import StepFailed
 from tilth.mpm.bordered_matrix import Border
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.pattern import Elements
-from tilth.terms.protocol import Changes, GlobalUnknowns
+from tilth.terms.outcome import Outcome
+from tilth.terms.protocol import Changes, GlobalUnknowns, Role
 
 LARGEST_MEAN_GAP = 1e-4
 """Greatest mean gap of a multiplier in contact at the end of a step, in cells."""
@@ -68,15 +66,6 @@ MAXIMUM_REVISIONS_FIXED = 60
 """As `MAXIMUM_REVISIONS`, where single supports change."""
 
 
-@dataclass
-class _Evaluated:
-    """The response of a surface at one displacement: slips, response, motion of its points."""
-
-    slip: Floats
-    response: ContactResponse
-    moved: Floats
-
-
 class AssembledContact(GlobalUnknowns):
     """`ContactForces` (`terms.py`) in the matrix's pattern.
 
@@ -96,11 +85,14 @@ class AssembledContact(GlobalUnknowns):
         after: float,
         force: float,
         active: ActiveGrid,
+        normal_before: float | None,
     ) -> None:
         self.name = name
         self.body = body
         self._supports, self._elements = supports, elements
-        self._after, self._active = after, active
+        self._after, self._active, self._normal_before = after, active, normal_before
+        between = any(isinstance(support.part, BodyContact) for support in supports)
+        self.role = Role.BETWEEN_BODIES if between else Role.CONTACT
         self.scale = np.zeros(0) if body is None else body.scale
         self._cell = float(active.grid.cell_size.min())
         self._weak = np.zeros_like(self.scale)
@@ -111,13 +103,8 @@ class AssembledContact(GlobalUnknowns):
         self._revisions = self._linearisations = 0
         self._changes = Changes.USUAL
         self._is_selected = self._is_guessed = False
-        self._evaluated: list[_Evaluated] = []
+        self._evaluated: list[Evaluated] = []
         self._unknowns = np.zeros_like(self.scale)
-
-    @property
-    def is_between_bodies(self) -> bool:
-        """Whether both sides are soil."""
-        return any(isinstance(support.part, BodyContact) for support in self._supports)
 
     @property
     def _is_held(self) -> bool:
@@ -137,7 +124,7 @@ class AssembledContact(GlobalUnknowns):
             return pose.increment
         return self.body.displacements(self._increments(unknowns), pose.position)
 
-    def _evaluate(self, displacement: Floats, unknowns: Floats) -> list[_Evaluated]:
+    def _evaluate(self, displacement: Floats, unknowns: Floats) -> list[Evaluated]:
         found = []
         for support in self._supports:
             moved = self._moved(support, unknowns)
@@ -145,7 +132,7 @@ class AssembledContact(GlobalUnknowns):
             if self._is_fixed and support.fixed is None:
                 support.fixed = support.respond(slip).closed
             respond = support.respond_at_guess if self._is_guessed else support.respond
-            found.append(_Evaluated(slip, respond(slip), moved))
+            found.append(Evaluated(slip, respond(slip), moved))
         if self._may_hold:
             self._hold(found)
         return found
@@ -158,7 +145,7 @@ class AssembledContact(GlobalUnknowns):
         """
         self._is_guessed = True
 
-    def _hold(self, found: list[_Evaluated]) -> None:
+    def _hold(self, found: list[Evaluated]) -> None:
         """Keeps the multiplier with the least tension closed if all others have opened.
 
         Without contact nothing but springs would hold a free body: it would be lost in one
@@ -196,7 +183,7 @@ class AssembledContact(GlobalUnknowns):
                 return self.body.moved_by((nearest + FIRST_OVERLAP * self._cell) * direction)
         return np.zeros_like(self.scale)
 
-    def way_down(self) -> Floats:
+    def _way_down(self) -> Floats:
         """Returns the way of a loaded free body to the soil [length], (dim,); 0 if it is there."""
         direction = None if self.body is None else self.body.falls_along(self._after)
         if direction is not None:
@@ -204,6 +191,19 @@ class AssembledContact(GlobalUnknowns):
             if nearest is not None and nearest > FIRST_OVERLAP * self._cell:
                 return nearest * direction
         return np.zeros(self._active.grid.dim)
+
+    def come_down(self) -> bool:
+        """As `GlobalUnknowns.come_down`."""
+        if self.body is None:
+            return False
+        way = self._way_down()
+        self.body.come_down(way)
+        return bool(way.any())
+
+    def start(self, unknowns: Floats, size: float) -> None:
+        """As `GlobalUnknowns.start`."""
+        if self.body is not None:
+            self.body.start(unknowns, size)
 
     def _distance(self, direction: Floats, of_support: Callable[[Floats], float]) -> float | None:
         zero = np.zeros_like(self.scale)
@@ -235,7 +235,7 @@ class AssembledContact(GlobalUnknowns):
         gaps = [s.gaps(displacement, self._moved(s, unknowns)) for s in self._supports]
         select_by_gaps(self._supports, gaps)
 
-    def _each(self) -> list[tuple[Supports, Elements, _Evaluated]]:
+    def _each(self) -> list[tuple[Supports, Elements, Evaluated]]:
         return list(zip(self._supports, self._elements, self._evaluated, strict=True))
 
     def _levers(self, support: Supports, unknowns: Floats) -> Floats:
@@ -400,7 +400,7 @@ class AssembledContact(GlobalUnknowns):
                 raise StepFailed(f"the contact with {self.name!r} does not settle")
         return changed
 
-    def _too_wide(self, support: Supports, each: _Evaluated) -> Flags:
+    def _too_wide(self, support: Supports, each: Evaluated) -> Flags:
         """Returns which multipliers in contact have a mean gap beyond the tolerance, (k,)."""
         held = each.response.closed & ~self._is_small(support)
         return np.asarray(held & (np.abs(each.slip[:, 0]) > LARGEST_MEAN_GAP * self._cell))
@@ -447,52 +447,16 @@ class AssembledContact(GlobalUnknowns):
             moment += np.cross(np.pad(arm, padding), np.pad(part, padding)).sum(axis=0)
         return force, moment
 
-    def nodal_force(self) -> Floats:
-        """Returns the force of the surfaces on the soil [force], shape (nodes, dim).
-
-        Between bodies that on the second one.
-        """
-        nodal = np.zeros((self._active.nodes, self._active.grid.dim))
-        for support, elements, each in self._each():
-            _core.add_element_forces(elements, -support.entry_force(each.response.traction), nodal)
-            if self.is_between_bodies:
-                second = self._active.field[support.part.at.node[0, 0]]
-                nodal[self._active.field != second] = 0.0
-        return nodal
-
     def carried_force(self) -> Floats:
-        """Returns the internal force of the tractions at the step's start [force], (nodes, dim)."""
+        """As `AssembledTerm.carried_force`."""
         nodal = np.zeros((self._active.nodes, self._active.grid.dim))
         for support, elements in zip(self._supports, self._elements, strict=True):
             _core.add_element_forces(elements, support.entry_force(support.before), nodal)
         return nodal
 
-    def slip_work(self, normal_before: float | None) -> SlipWork:
-        """As `slip_work` of all supports."""
-        parts = [(support, each.slip, each.response) for support, _, each in self._each()]
-        return slip_work(parts, normal_before)
-
-    def state(self, displacement: Floats) -> ContactState:
-        """Returns pressures, shear tractions and gaps at the end of the step."""
-        parts = []
-        for support, _, each in self._each():
-            part = support.part
-            owner = part.owner
-            traction = support.distribute(each.response.traction)
-            normal = part.pose.normal
-            along = np.einsum("ni,ni->n", traction, normal)
-            closed = each.response.closed[owner] & support.active
-            gap = np.where(closed, 0.0, support.gaps(displacement, each.moved))
-            parts.append(
-                ContactState(
-                    position=part.pose.position + each.moved + part.surface_motion(displacement),
-                    normal=normal,
-                    weight=part.pose.weight,
-                    normal_stress=along,
-                    shear_stress=along[:, None] * normal - traction,
-                    gap=gap,
-                    sliding=each.response.sliding[owner] & closed,
-                    in_contact=closed,
-                )
-            )
-        return ContactState.joined(parts, displacement.shape[1])
+    def outcome(self, displacement: Floats) -> Outcome:
+        """As `AssembledTerm.outcome`."""
+        return contact_outcome(
+            self.name, self._each(), self._active, displacement, self._normal_before,
+            self.role is Role.BETWEEN_BODIES,
+        )  # fmt: skip

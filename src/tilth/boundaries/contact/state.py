@@ -3,53 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
-import numpy as np
-
-from tilth.arrays import Flags, Floats
-
-
-@dataclass(frozen=True, eq=False)
-class ContactState:
-    """The candidate points of a contact surface; n points, `dim` is 2 or 3.
-
-    Attributes:
-        position: [length], shape (n, dim).
-        normal: unit, into the soil, shape (n, dim).
-        weight: area of the point's part of the surface [length^(dim - 1)], in axisymmetry with
-            2 pi r [length^2], shape (n,).
-        normal_stress: [stress], tension positive, shape (n,).
-        shear_stress: of the surface on the soil [stress], a vector in the plane of the surface,
-            shape (n, dim).
-        gap: distance along the normal to the surface of the soil [length], > 0 open, shape (n,).
-        sliding: whether the soil slides along the surface, shape (n,).
-        in_contact: whether the soil touches it, shape (n,).
-    """
-
-    position: Floats
-    normal: Floats
-    weight: Floats
-    normal_stress: Floats
-    shear_stress: Floats
-    gap: Floats
-    sliding: Flags
-    in_contact: Flags
-
-    @classmethod
-    def joined(cls, parts: Sequence[ContactState], dim: int) -> ContactState:
-        """Returns one state of several surfaces, none of them if there is no soil near any."""
-        if not parts:
-            vectors, numbers, flags = np.zeros((0, dim)), np.zeros(0), np.zeros(0, dtype=bool)
-            return cls(vectors, vectors, numbers, numbers, vectors, numbers, flags, flags)
-        names = [each.name for each in fields(cls)]
-        return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
-
-    @property
-    def area(self) -> float:
-        """Area in contact [length^(dim - 1), in axisymmetry length^2]."""
-        return float(self.weight[self.in_contact].sum())
+from tilth.arrays import Floats
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from tilth.boundaries.contact.constraint import ContactConstraint, Supports
 from tilth.boundaries.contact.forces import AssembledContact
@@ -25,6 +25,8 @@ class ContactForces(Term):
         force: Young's modulus times a cell's face [force; in axisymmetry force/length], for the
             scale of the springs that hold free bodies.
         nodes: number of nodes of the grid.
+        normal_before: integrals of the normal traction over each surface at the end of the last
+            step [force], by its name; none of a surface that was not there.
         still: see `Supports`.
     """
 
@@ -36,10 +38,11 @@ class ContactForces(Term):
         after: float,
         force: float,
         nodes: int,
+        normal_before: Mapping[str, float],
         still: bool = False,
     ) -> None:
         self._name, self._body, self._after = name, body, after
-        self._force = force
+        self._force, self._normal_before = force, normal_before.get(name)
         self._supports = [Supports(part, nodes, still) for part in parts]
 
     @property
@@ -50,8 +53,9 @@ class ContactForces(Term):
     def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledContact:
         """As `Term.assembled`."""
         return AssembledContact(
-            self._name, self._supports, elements, self._body, self._after, self._force, active
-        )
+            self._name, self._supports, elements, self._body, self._after, self._force, active,
+            self._normal_before,
+        )  # fmt: skip
 
 
 def contact_terms(
@@ -60,6 +64,7 @@ def contact_terms(
     after: float,
     force: float,
     nodes: int,
+    normal_before: Mapping[str, float],
     still: bool = False,
 ) -> list[ContactForces]:
     """Returns the terms of all rigid bodies, and of the boundaries with contact near soil.
@@ -70,13 +75,14 @@ def contact_terms(
         StepFailed: no soil is near a free body that nothing else holds against the force on it.
     """
     terms = []
+    more = (normal_before, still)
     for body in bodies:
         own = [part for part in contacts if part.boundary.body is body]
         if not own and body.falls_along(after) is not None:
             raise StepFailed(f"no soil is near the rigid body {body.name!r} to hold it")
-        terms.append(ContactForces(body.name, own, body, after, force, nodes, still))
+        terms.append(ContactForces(body.name, own, body, after, force, nodes, *more))
     terms += [
-        ContactForces(part.boundary.name, [part], None, after, force, nodes, still)
+        ContactForces(part.boundary.name, [part], None, after, force, nodes, *more)
         for part in contacts
         if part.boundary.body is None
     ]
