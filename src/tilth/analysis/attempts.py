@@ -75,10 +75,11 @@ def solve(
             explained = explained_motion(step, guess)
 
     def solved(newton: Newton, guess: Floats | None, unknowns: Floats | None = None) -> Equilibrium:
-        return solve_step(
-            balance, step.conditions, simulation.solver, newton, simulation.timers, guess,
-            on_iteration, unknowns,
-        )  # fmt: skip
+        with simulation.observer.solving(newton, guess):
+            return solve_step(
+                balance, step.conditions, simulation.solver, newton, simulation.timers, guess,
+                on_iteration, unknowns, simulation.observer,
+            )  # fmt: skip
 
     yields = drag is not None and simulation.has_friction
     resting = predictor if simulation.contact_surfaces and not yields else None

@@ -49,7 +49,10 @@ def load_steps(
             continue
         before, after = clock.time, clock.next_time()
         try:
-            result = simulation.advance(before, after, on_iteration, clock.is_least, clock.is_short)
+            with simulation.observer.attempt(simulation.model, clock.step + 1, before, after):
+                result = simulation.advance(
+                    before, after, on_iteration, clock.is_least, clock.is_short
+                )
         except StepFailed as failure:
             if not clock.cut(failure.share):
                 if simulation.relaxation is not None:
@@ -100,7 +103,8 @@ def _relaxed(
         try:
             if relaxation.steps >= relaxation.most_steps and not relaxation.settling:
                 raise StepFailed(f"the soil is not at rest after {relaxation.steps} steps")
-            result = simulation.advance(before, after, on_iteration)
+            with simulation.observer.attempt(simulation.model, clock.step + 1, before, after):
+                result = simulation.advance(before, after, on_iteration)
         except StepFailed as failure:
             if relaxation.settling:
                 relaxation.not_at_rest()

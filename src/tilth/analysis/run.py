@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from tilth import _core
+from tilth.analysis.asked_step import AskedStep, steps_before
 from tilth.analysis.continued import go_on_with, require_continuable
+from tilth.analysis.explain import Explanation
 from tilth.analysis.from_stage import begin_from, stored_stage
 from tilth.analysis.memory import memory_of, require_memory
 from tilth.analysis.memory_failures import memory_failures
@@ -128,6 +130,7 @@ def run(
     from_stage: tuple[Path | str, str] | None = None,
     continues: bool = False,
     quiet: bool = False,
+    explain: int | str | None = None,
 ) -> Result:
     """Runs the analysis of a model and writes everything into the folder `out`.
 
@@ -145,11 +148,16 @@ def run(
             model, which may differ in what is still to come only: a later end of the schedule,
             rows of tables after the time that is reached, stages at the end, `output`.
         quiet: whether the progress bar is left out.
+        explain: a step whose residual is explained term by term, whether it is found or fails: its
+            number from 1 on, or "STAGE:STEP", counted from the start of a stage. The files
+            explain_N.json, .csv and .png are written beside the results, which stay the same. Not
+            with several processes.
 
     Raises:
         BadInput: the model cannot be computed, `until` is not a time of its schedule, `out` is not
             empty or in use by another run, the run needs too much memory, or the one in `out`
-            cannot go on with this model. Nothing is changed then.
+            cannot go on with this model. Nothing is changed then. Or the run, which is complete
+            then, had no step `explain`.
         AnalysisFailed: no equilibrium with the least step, not enough memory, or a file that cannot
             be written (a full disk); results so far are on disk. Or the report, after a complete
             analysis.
@@ -157,7 +165,18 @@ def run(
             program has handlers of its own for them; `resume` continues.
     """
     return exhausted(
-        run_steps(model, out, threads, until, memory_limit, overwrite, from_stage, continues, quiet)
+        run_steps(
+            model,
+            out,
+            threads,
+            until,
+            memory_limit,
+            overwrite,
+            from_stage,
+            continues,
+            quiet,
+            explain,
+        )
     )
 
 
@@ -171,6 +190,7 @@ def run_steps(
     from_stage: tuple[Path | str, str] | None,
     continues: bool,
     quiet: bool,
+    explain: int | str | None = None,
 ) -> Steps[Result]:
     """As `run`, step by step."""
     if continues and (overwrite or from_stage is not None):
@@ -178,6 +198,7 @@ def run_steps(
         raise BadInput(what, "leave them out", key="continues")
     require_time(model, until)
     comm = world()
+    asked = None if explain is None else AskedStep.of(explain, model, comm)
     estimate = memory_of(model)
     with together(comm):
         require_memory(estimate, memory_limit)
@@ -189,6 +210,8 @@ def run_steps(
             simulation = analysis.simulation
             require_memory(memory_of(model, simulation.points, active), memory_limit)
             stored = None if from_stage is None else stored_stage(model, *from_stage)
+            if asked is not None and stored is not None:
+                asked.require_after(stored)
         initial = analysis.initial
         analysis.distribute(comm)
         warning = change = ""
@@ -198,6 +221,8 @@ def run_steps(
                 warning = stack.enter_context(FolderLock(folder)).warning
             if continues:
                 earlier = StoredRun.read(folder)
+                if asked is not None:
+                    asked.require_after(earlier)
                 change = require_continuable(earlier, model, until)
                 if comm.rank == 0:
                     go_on_with(earlier, model, setup)
@@ -215,14 +240,15 @@ def run_steps(
                 write_setup(folder / SETUP, setup)
             del setup  # it may have copies of the points
         if stored is not None or continues:
-            return (yield from _resumed(folder, until, used, warning, quiet, comm, change))
+            return (yield from _resumed(folder, until, used, warning, quiet, comm, change, explain))
         del simulation  # the first stage may have another one
         start = analysis.begin()
         if comm.size > 1:
             active = analysis.simulation.locate(0.0)
         recorder = Recorder.start(folder, analysis, active, used, start, initial)
         del initial
-        return (yield from _march(analysis, recorder, warning, quiet))
+        explanation = None if asked is None else Explanation(asked)
+        return (yield from _march(analysis, recorder, warning, quiet, explanation))
 
 
 @StopSignals()
@@ -233,19 +259,21 @@ def resume(
     until: float | None = None,
     memory_limit: float | str | None = None,
     quiet: bool = False,
+    explain: int | str | None = None,
 ) -> Result:
     """Continues from the last checkpoint in `out`; results agree to the last bit.
 
     Args:
-        threads, until, memory_limit, quiet: as in `run`; `until` is later than the checkpoint.
+        threads, until, memory_limit, quiet, explain: as in `run`; `until` and `explain` are later
+            than the checkpoint.
 
     Raises:
         BadInput: there is nothing to resume in `out` or its files are damaged, another run uses
             it, `until` is not a time that is to come, or the run needs too much memory. Nothing is
-            changed then.
+            changed then. And as in `run`, if there is no step `explain`.
         AnalysisFailed, KeyboardInterrupt: as in `run`.
     """
-    return exhausted(resume_steps(out, threads, until, memory_limit, quiet))
+    return exhausted(resume_steps(out, threads, until, memory_limit, quiet, explain))
 
 
 def resume_steps(
@@ -254,6 +282,7 @@ def resume_steps(
     until: float | None,
     memory_limit: float | str | None,
     quiet: bool,
+    explain: int | str | None = None,
 ) -> Steps[Result]:
     """As `resume`, step by step."""
     comm, warning = world(), ""
@@ -266,7 +295,7 @@ def resume_steps(
             require_memory(estimate, memory_limit)
         with memory_failures(estimate, folder):
             used = set_threads(threads, comm)
-            return (yield from _resumed(folder, until, used, warning, quiet, comm))
+            return (yield from _resumed(folder, until, used, warning, quiet, comm, explain=explain))
 
 
 def _resumed(
@@ -277,13 +306,19 @@ def _resumed(
     quiet: bool,
     comm: Communicator,
     change: str = "",
+    explain: int | str | None = None,
 ) -> Steps[Result]:
     """Continues from the last checkpoint in a folder.
 
-    warning: of its lock. change: what is new in the model, for the log.
+    warning: of its lock. change: what is new in the model, for the log. explain: see `run`.
     """
+    explanation = None
     with together(comm):
         stored = StoredRun.read(folder)
+        if explain is not None:
+            asked = AskedStep.of(explain, stored.model, comm)
+            asked.require_after(stored)
+            explanation = Explanation(asked, steps_before(stored))
         require_time(stored.model, until)
         analysis = stored.analysis(until)
         if until is not None and analysis.stops:
@@ -298,7 +333,7 @@ def _resumed(
     if change:
         with together(comm):
             recorder.log.goes_on(change)
-    return (yield from _march(analysis, recorder, warning, quiet))
+    return (yield from _march(analysis, recorder, warning, quiet, explanation))
 
 
 def require_time(model: Model, until: float | None) -> None:
@@ -338,19 +373,25 @@ def set_threads(threads: int | None, comm: Communicator = SERIAL) -> int:
 
 
 def _march(
-    analysis: StagedAnalysis, recorder: Recorder, warning: str, quiet: bool
+    analysis: StagedAnalysis,
+    recorder: Recorder,
+    warning: str,
+    quiet: bool,
+    explanation: Explanation | None,
 ) -> Steps[Result]:
     """Takes all load steps and writes the report, also of an analysis that failed."""
     first = analysis.clock.step
     if warning:
         analysis.simulation.run_warnings.note("lock", warning)
     try:
-        iterations = yield from take_steps(analysis, recorder, quiet)
+        iterations = yield from take_steps(analysis, recorder, quiet, explanation)
     except AnalysisFailed:
         with suppress(AnalysisFailed):
             _report(recorder)
         raise
     _report(recorder)
+    if explanation is not None:
+        explanation.require_reached(recorder.folder)
     simulation = analysis.simulation
     return Result(
         finished=analysis.done,

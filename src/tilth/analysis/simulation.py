@@ -16,6 +16,7 @@ from tilth.analysis.checks import check_first_step
 from tilth.analysis.dynamics import Dynamics
 from tilth.analysis.grid_motion import GridMotion
 from tilth.analysis.kept_contact import KeptContact, KeptForce
+from tilth.analysis.observer import Observer
 from tilth.analysis.predictor import Predictor, load_curves
 from tilth.analysis.relaxation import Relaxation
 from tilth.analysis.residual import newton_attempts
@@ -111,6 +112,7 @@ class Simulation:
         kept_contact, kept_ghost: forces of contact and ghost stabilisation after the last step.
         timers: time spent in basis, stress, assembly, solve and other.
         run_warnings: warnings of probable mistakes.
+        observer: watches steps; changes nothing.
         round_off: residual that counts as zero [force].
 
     Raises:
@@ -126,6 +128,7 @@ class Simulation:
         self.model = model
         self.timers = Timers()
         self.run_warnings = RunWarnings()
+        self.observer = Observer()
         self.kind = model.analysis.kind
         self.declared_dynamics = Dynamics.of(model)
         self.relaxation = Relaxation.of(model)
@@ -312,7 +315,7 @@ class Simulation:
 
         same_grid: whether the background grid is that of the last stage.
         """
-        self.timers = last.timers
+        self.timers, self.observer = last.timers, last.observer
         if last.declared_dynamics is not None:
             self.waves.go_on_from(last.waves)
         if self.relaxation is not None and last.relaxation is not None:
@@ -416,6 +419,7 @@ class Simulation:
             terms.insert(-1, drag)
         with self.timers.measure("basis"):  # for this includes the matrix's pattern
             balance = Balance(step.active, terms)
+        self.observer.prepared(soil, balance, step.conditions.constrained, drag)
         equilibrium = solve(self, step, soil, balance, on_iteration, drag=drag)
         displacement = equilibrium.displacement
         moved = soil.interpolate(displacement)
@@ -448,6 +452,7 @@ class Simulation:
                 constraints.carried_force,
                 constraints.coupled_nodes(),
                 lambda u: constraints.commit(constraints.after(u)),
+                label="implicit boundaries",
             )
         with self.timers.measure("basis"):
             weight = None
@@ -459,10 +464,12 @@ class Simulation:
                 supported=self._ghost.supported_nodes(active, constrained),
                 commit=lambda u: self._ghost.commit(active, u),
                 role=Role.STABILISATION,
+                label="ghost stabilisation",
             )
             axis = LinearForces(
                 step.on_axis.couplings(),
                 commit=lambda u: self.axis.commit(step.on_axis, active, u),
+                label="axis of symmetry",
             )
             on_surfaces = SurfaceLoads(
                 self._surface_loads, self.kind, self.surfaces, active, before, after

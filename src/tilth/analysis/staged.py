@@ -277,7 +277,7 @@ class StagedAnalysis:
         last, comm = self.simulation, self.simulation.comm
         self.model, self.models = model, model.of_stages
         simulation = Simulation.restored(model, collected(last).arrays())
-        simulation.timers = last.timers
+        simulation.timers, simulation.observer = last.timers, last.observer
         simulation.run_warnings.go_on_from(last.run_warnings)
         simulation.locate(self.clock.time)
         simulation.distribute(comm)

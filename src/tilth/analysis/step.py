@@ -10,6 +10,7 @@ from enum import Enum
 
 import numpy as np
 
+from tilth.analysis.observer import UNOBSERVED, Observer
 from tilth.analysis.residual import Newton, Refinement, Residual, State
 from tilth.arrays import Flags, Floats
 from tilth.boundaries import Conditions
@@ -80,6 +81,7 @@ def solve_step(
     guess: Floats | None = None,
     on_iteration: Callable[[int, float], None] = lambda iteration, residual: None,
     unknowns: Floats | None = None,
+    observer: Observer = UNOBSERVED,
 ) -> Equilibrium:
     """Finds displacement u and global unknowns g of the step without a residual on what is free.
 
@@ -93,6 +95,7 @@ def solve_step(
         on_iteration: is called with the iteration and its relative residual.
         unknowns: global unknowns to begin with, (m,), those of the guess; those at the start of
             the step if not given.
+        observer: is shown each iteration.
 
     Raises:
         StepFailed: no equilibrium within the iterations, an inverted point, a singular system.
@@ -114,6 +117,7 @@ def solve_step(
             begun = len(residuals)
             now = residual.at(now.displacement, now.unknowns)
             residuals[-1] = now.relative
+        observer.iteration(len(residuals) - 1, now, moving)
         if not math.isfinite(now.relative):
             raise StepFailed("the residual is not a number", residuals=residuals)
         if residual.balanced(now, newton, len(residuals) - 1) and not moving:

@@ -7,6 +7,8 @@ from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from typing import TypeVar
 
+from tilth.analysis.explain import Explanation
+from tilth.analysis.explain_files import told
 from tilth.analysis.recorder import Recorder
 from tilth.analysis.safety import strength_reduction
 from tilth.analysis.safety_record import record
@@ -58,14 +60,26 @@ def exhausted(steps: Steps[T]) -> T:
         steps.close()  # where a second Ctrl-C came just here
 
 
-def take_steps(analysis: StagedAnalysis, recorder: Recorder, quiet: bool) -> Steps[int]:
+def take_steps(
+    analysis: StagedAnalysis,
+    recorder: Recorder,
+    quiet: bool,
+    explanation: Explanation | None = None,
+) -> Steps[int]:
     """Takes and records the load steps; gives each and at the end the number of iterations.
 
     Where one process asks to stop, all do.
+
+    explanation: of a step, which is written as soon as this step is accepted or the run ends.
     """
     iterations, comm, going = 0, analysis.simulation.comm, True
+    if explanation is not None:
+        analysis.simulation.observer = explanation
     with DeferredStop() as stop:
-        with recorder.recording(analysis.clock, quiet) as progress:
+        with (
+            recorder.recording(analysis.clock, quiet) as progress,
+            told(explanation, recorder.folder, progress.message) as tell,
+        ):
 
             def on_iteration(iteration: int, residual: float) -> None:
                 stop.check_all(comm.max)
@@ -85,6 +99,7 @@ def take_steps(analysis: StagedAnalysis, recorder: Recorder, quiet: bool) -> Ste
                     iterations += result.equilibrium.iterations
                     clock, simulation = analysis.clock, analysis.simulation
                     recorder.step(clock, size, result)
+                    tell()
                     progress.step_done(clock.step, analysis.time, result.equilibrium.iterations)
                     taken = TakenStep(analysis, recorder, size, result, stop)
                     yield taken

@@ -39,6 +39,12 @@ OUT = click.option(
     metavar="DIR",
     help="Folder of the results; default: next to the case file and named after it.",
 )
+EXPLAIN = click.option(
+    "--explain",
+    metavar="[STAGE:]STEP",
+    help="Explain a load step by its number, from that of the run's or a stage's start: the forces "
+    "of each term in each Newton iteration, where the residual is largest, and a picture of it.",
+)
 QUIET = click.option("--quiet", is_flag=True, help="Print nothing but errors.")
 
 

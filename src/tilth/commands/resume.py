@@ -9,6 +9,7 @@ from pathlib import Path
 import click
 
 from tilth.commands.common import (
+    EXPLAIN,
     FOLDER,
     MEMORY_LIMIT,
     QUIET,
@@ -26,9 +27,15 @@ from tilth.commands.common import (
 @THREADS
 @UNTIL
 @MEMORY_LIMIT
+@EXPLAIN
 @QUIET
 def resume(
-    folder: Path, threads: int | None, until: float | None, memory_limit: str | None, quiet: bool
+    folder: Path,
+    threads: int | None,
+    until: float | None,
+    memory_limit: str | None,
+    explain: str | None,
+    quiet: bool,
 ) -> None:
     """Continue an interrupted run from its last complete step.
 
@@ -45,7 +52,12 @@ def resume(
 
     try:
         result = analysis.resume(
-            folder, threads=threads, until=until, memory_limit=memory_limit, quiet=quiet
+            folder,
+            threads=threads,
+            until=until,
+            memory_limit=memory_limit,
+            quiet=quiet,
+            explain=explain,
         )
     except KeyboardInterrupt:
         raise interrupted(folder) from None

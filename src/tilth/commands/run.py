@@ -10,6 +10,7 @@ import click
 
 from tilth.commands.common import (
     CASE,
+    EXPLAIN,
     MEMORY_LIMIT,
     OUT,
     QUIET,
@@ -45,6 +46,7 @@ from tilth.errors import BadInput
     help="Let the run in DIR, finished or not, go on with this case, which may differ in what is "
     "still to come only: a later end, later rows of tables, further stages, output.",
 )
+@EXPLAIN
 @QUIET
 def run(
     case: Path,
@@ -55,6 +57,7 @@ def run(
     overwrite: bool,
     start: str | None,
     going_on: Path | None,
+    explain: str | None,
     quiet: bool,
 ) -> None:
     """Run the analysis of a case file.
@@ -84,6 +87,7 @@ def run(
             overwrite=overwrite,
             continues=going_on is not None,
             quiet=quiet,
+            explain=explain,
         )
     except KeyboardInterrupt:
         raise interrupted(folder) from None

@@ -31,6 +31,22 @@ MODEL = "model.json"
 SETUP = "setup.npz"
 
 
+class ExplanationFiles(NamedTuple):
+    """Names of the files of an explained step."""
+
+    whole: str
+    table: str
+    picture: str
+
+
+def explanation_files(step: int) -> ExplanationFiles:
+    """Returns the names of the files that explain a step, by its number."""
+    return ExplanationFiles(*(f"explain_{step}.{ending}" for ending in ("json", "csv", "png")))
+
+
+_EXPLANATION = re.compile(r"explain_[0-9]+\.(json|csv|png)")
+
+
 class SafetyFiles(NamedTuple):
     """Names of the files of a strength reduction; the summary tells that there are the others."""
 
@@ -82,7 +98,8 @@ FILES = (
 """The files that tilth writes into the folder of a run; the first is removed first, so that what
 is left when a removal is interrupted cannot be resumed, and is known as that of a run."""
 
-_NAMES = "|".join([*map(re.escape, FILES), STAGE_CHECKPOINT.pattern, _SAFETY_OF_STAGE.pattern])
+_PATTERNS = (STAGE_CHECKPOINT, _SAFETY_OF_STAGE, _EXPLANATION)
+_NAMES = "|".join([*map(re.escape, FILES), *(each.pattern for each in _PATTERNS)])
 _OF_RUN = re.compile(rf"\..*|{STAGE_CHECKPOINT.pattern}|{_SAFETY_OF_STAGE.pattern}")
 _TEMPORARY = re.compile(rf"\.({_NAMES})\.(new|shadow|old|{WRITTEN_ASIDE}[0-9]+)")
 """Names of the files that exist only while one of them is written."""
@@ -127,7 +144,7 @@ def remove_run(folder: Path) -> None:
 
 def _own_files(folder: Path) -> list[str]:
     """Returns the names of tilth's files in a folder, in the order in which to remove them."""
-    patterns = (_TEMPORARY, STAGE_CHECKPOINT, _SAFETY_OF_STAGE)
+    patterns = (_TEMPORARY, *_PATTERNS)
 
     def is_own(name: str) -> bool:
         return name in FILES or any(each.fullmatch(name) for each in patterns)

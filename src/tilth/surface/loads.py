@@ -232,6 +232,7 @@ class SurfaceLoads(Term):
 
 class _AssembledSurfaceLoads(AssembledTerm):
     role = Role.LOAD
+    label = "loads on surfaces"
 
     def __init__(self, loads: SurfaceLoads, elements: Sequence[Elements]) -> None:
         self._loads, self._elements = loads, elements

@@ -52,6 +52,8 @@ class Balance:
             [force], shape (nodes, dim).
         global_scale: of the global unknowns of all terms, one term after the other
             (`Border.scale`), shape (m,).
+        kept: the nodal force of each term at the last displacement [force], shape (nodes, dim)
+            each; None unless an observer asks for them by `keep_forces`.
     """
 
     def __init__(self, active: ActiveGrid, terms: Sequence[Term]) -> None:
@@ -69,6 +71,7 @@ class Balance:
         ends = np.cumsum([0, *map(len, scales)])
         self._slices = [slice(*pair) for pair in pairwise(ends)]  # of each term's global unknowns
         self.global_scale: Floats = np.concatenate([np.zeros(0), *scales])
+        self.kept: list[Floats] | None = None
 
     def _zero(self) -> Floats:
         return np.zeros((self.active.nodes, self.active.grid.dim))
@@ -104,6 +107,10 @@ class Balance:
         """
         return self._sum(term.carried_force() for term in self.of_role(role))
 
+    def keep_forces(self) -> None:
+        """Keeps, from now on, the forces of the terms that `forces` sums up, in `kept`."""
+        self.kept = [self._zero() for _ in self.terms]
+
     def constant_force(self) -> Floats:
         """Returns the force of all linear terms at zero displacement [force], (nodes, dim)."""
         return self._sum(term.constant_force() for term in self.terms)
@@ -120,11 +127,13 @@ class Balance:
         if unknowns is None:
             unknowns = np.zeros_like(self.global_scale)
         global_residual = np.zeros_like(self.global_scale)
-        for term, own in zip(self.terms, self._slices, strict=True):
+        for number, (term, own) in enumerate(zip(self.terms, self._slices, strict=True)):
             if isinstance(term, GlobalUnknowns):
                 force, global_residual[own] = term.forces(displacement, unknowns[own])
             else:
                 force = term.force(displacement)
+            if self.kept is not None:
+                self.kept[number] = force
             residual += force
             if term.role is Role.LOAD:
                 load -= force

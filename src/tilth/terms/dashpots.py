@@ -85,6 +85,7 @@ class AssembledDashpots(AssembledTerm):
     ) -> None:
         self.name, self._coupling, self._elements, self._held = name, coupling, elements, held
         self._pattern = active
+        self.label = f"absorbing boundary {name!r}"
         self._outcrop, self._inertia, self._from_rest = outcrop, inertia, inertia.from_rest
 
     def _product(self, velocity: Floats) -> Floats:

@@ -53,6 +53,8 @@ class Drag(Term):
 
 
 class _Drag(AssembledTerm):
+    label = "drag"
+
     def __init__(self, drag: Drag, active: ActiveGrid) -> None:
         self._drag, self._active = drag, active
 

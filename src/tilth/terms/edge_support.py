@@ -153,6 +153,7 @@ class SupportForces(Term):
 
 class _AssembledSupport(AssembledTerm):
     role = Role.STABILISATION
+    label = "edge support"
 
     def __init__(self, term: SupportForces, parts: list[tuple[_Part, Elements]]) -> None:
         self._term, self._parts = term, parts

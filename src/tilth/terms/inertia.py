@@ -194,6 +194,7 @@ class AssembledInertia(AssembledTerm):
     """
 
     role = Role.INERTIA
+    label = "inertia"
 
     def __init__(
         self,

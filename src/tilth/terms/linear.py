@@ -128,7 +128,7 @@ class LinearForces(Term):
         constant: additional force independent of the displacement [force], shape (nodes, dim).
         supported: see `Term.supported_nodes`.
         commit: see `AssembledTerm.commit`; nothing if not given.
-        role: see `AssembledTerm`.
+        role, label: see `AssembledTerm`.
     """
 
     def __init__(
@@ -138,11 +138,12 @@ class LinearForces(Term):
         supported: Flags | None = None,
         commit: Callable[[Floats], None] = lambda displacement: None,
         role: Role = Role.OTHER,
+        label: str = "",
     ) -> None:
         self._couplings = couplings
         self._constant = constant
         self._supported = supported
-        self._commit, self._role = commit, role
+        self._commit, self._role, self._label = commit, role, label
 
     @property
     def coupled(self) -> list[NodeLists]:
@@ -159,7 +160,7 @@ class LinearForces(Term):
         constant = np.zeros((active.nodes, active.grid.dim))
         if self._constant is not None:
             constant += self._constant
-        return AssembledLinearForces(parts, constant, self._commit, self._role)
+        return AssembledLinearForces(parts, constant, self._commit, self._role, self._label)
 
 
 class AssembledLinearForces(AssembledTerm):
@@ -168,7 +169,7 @@ class AssembledLinearForces(AssembledTerm):
     Args:
         parts: couplings, each with the positions of its blocks in the matrix.
         constant: see `LinearForces`; the couplings' constant forces are added in place.
-        commit, role: see `LinearForces`.
+        commit, role, label: see `LinearForces`.
 
     Attributes:
         constant: force at zero displacement [force], shape (nodes, dim).
@@ -180,10 +181,11 @@ class AssembledLinearForces(AssembledTerm):
         constant: Floats,
         commit: Callable[[Floats], None] = lambda displacement: None,
         role: Role = Role.OTHER,
+        label: str = "",
     ) -> None:
         self._parts = parts
         self._commit = commit
-        self.role = role
+        self.role, self.label = role, label
         self.constant = constant
         for coupling, elements in parts:
             _core.add_element_forces(elements, coupling.force, constant)

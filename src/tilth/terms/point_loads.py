@@ -25,6 +25,7 @@ class PointLoads(Term, AssembledTerm):
     """
 
     role = Role.LOAD
+    label = "loads on points"
 
     def __init__(self, loads: Loads, soil: Soil, before: float, after: float) -> None:
         none = np.zeros((soil.active.nodes, soil.active.grid.dim))

@@ -64,9 +64,11 @@ class AssembledTerm(ABC):
 
     Attributes:
         role: the sum of forces to which it belongs.
+        label: what it is, in the words of a table for the user; if empty the name of its class.
     """
 
     role = Role.OTHER
+    label = ""
 
     @abstractmethod
     def force(self, displacement: Floats) -> Floats:

@@ -90,6 +90,7 @@ class Release(Term, AssembledTerm):
     """
 
     role = Role.LOAD
+    label = "released forces"
 
     def __init__(
         self, released: ReleasedForces, active: ActiveGrid, before: float, after: float

@@ -26,6 +26,7 @@ class SoilForces(Term):
 
 class _SoilForces(AssembledTerm):
     role = Role.SOIL
+    label = "soil"
 
     def __init__(self, soil: Soil, active: ActiveGrid) -> None:
         self._soil, self._pattern = soil, active

@@ -48,6 +48,7 @@ class AssembledStiffnessDamping(AssembledTerm):
     """`StiffnessDamping` in the matrix's pattern."""
 
     role = Role.INERTIA
+    label = "stiffness damping"
 
     def __init__(self, viscous: Soil, active: ActiveGrid) -> None:
         self._viscous, self._pattern = viscous, active

@@ -172,6 +172,7 @@ def _moment(surface: PhreaticSurface, loads: Loads, soil: Soil, time: float) -> 
 
 class _WaterForces(AssembledTerm):
     role = Role.LOAD
+    label = "water"
 
     def __init__(self, forces: WaterForces, active: ActiveGrid) -> None:
         self._forces, self._pattern = forces, active

@@ -91,6 +91,8 @@ class WeakSprings(Term):
 
 
 class _WeakSprings(AssembledTerm):
+    label = "weak springs"
+
     def __init__(self, springs: WeakSprings, diagonal: Integers) -> None:
         self._springs, self._diagonal = springs, diagonal
 

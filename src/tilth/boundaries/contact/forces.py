@@ -88,6 +88,7 @@ class AssembledContact(GlobalUnknowns):
         normal_before: float | None,
     ) -> None:
         self.name = name
+        self.label = f"contact with {name!r}"
         self.body = body
         self._supports, self._elements = supports, elements
         self._after, self._active, self._normal_before = after, active, normal_before

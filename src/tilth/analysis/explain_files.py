@@ -1,0 +1,98 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Writes and tells the explanation of a step, also where the run ends in this step."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from tilth import __version__
+from tilth.analysis.explain import Explanation
+from tilth.analysis.explain_tables import screen_text, spreadsheet
+from tilth.analysis.explained import ExplainedStep
+from tilth.errors import AnalysisFailed
+from tilth.output.disk import writing
+from tilth.output.files import write_durably, written_whole
+from tilth.output.folder import explanation_files
+from tilth.plot.residual_forces import residual_figure
+from tilth.report.texts import save
+
+RESOLUTION = 160
+"""Of the picture [pixels per inch]."""
+
+
+@contextmanager
+def told(
+    explanation: Explanation | None, folder: Path, say: Callable[[str], None]
+) -> Iterator[Callable[[], None]]:
+    """Gives a function to call after each step, which tells the explanation once it is complete.
+
+    If the run ends before, by a failure of the step, what is known of it is told then.
+
+    Args:
+        explanation: of a step; nothing is told if None.
+        folder: of the run, into which it is written.
+        say: prints a text.
+
+    Raises:
+        AnalysisFailed: a file cannot be written; not if the run fails for another reason.
+    """
+    is_told = False
+
+    def tell() -> None:
+        nonlocal is_told
+        if explanation is None or is_told or not explanation.complete:
+            return
+        assert explanation.step is not None
+        is_told = True
+        _tell(explanation.step, folder, say)
+
+    try:
+        yield tell
+    except BaseException:
+        if explanation is not None and not is_told:
+            if explanation.step is not None:
+                with suppress(AnalysisFailed):
+                    _tell(explanation.step, folder, say)
+            elif explanation.last:
+                last = explanation.last
+                say(f"the run did not get to step {explanation.asked} to explain, but to {last}")
+        raise
+
+
+def _tell(step: ExplainedStep, folder: Path, say: Callable[[str], None]) -> None:
+    write_explanation(step, folder)
+    files = ", ".join(name for name in explanation_files(step.number) if (folder / name).exists())
+    say(f"{screen_text(step)}\n\nwritten to {files}")
+
+
+def write_explanation(step: ExplainedStep, folder: Path) -> None:
+    """Writes all numbers, a table and a picture of a step into the folder of a run.
+
+    Raises:
+        AnalysisFailed: one cannot be written.
+    """
+    names = explanation_files(step.number)
+    content = {"tilth": __version__} | step.to_dict()
+    texts = {names.whole: json.dumps(content, indent=1), names.table: spreadsheet(step)}
+    for name, text in texts.items():
+        with writing(folder / name):
+            write_durably(folder / name, text.encode())
+    if step.shown is None:
+        return
+    number, solve = step.shown
+    assert solve.telling is not None
+    iteration, residuals = solve.telling
+    of_stage = f" of the stage {step.stage!r}" if step.stage else ""
+    attempt = step.attempts[number - 1]
+    end = "failed" if attempt.failure is not None or solve.failure is not None else "accepted"
+    title = (
+        f"forces out of balance in step {step.number}{of_stage}\nattempt {number} ({end}), "
+        f"iteration {iteration.number}: {iteration.relative:.2e} of the forces"
+    )
+    mark = f"largest, near point {iteration.largest.point} of {iteration.largest.body!r}"
+    figure = residual_figure(residuals, title, mark, step.length_unit, step.force_unit)
+    with writing(folder / names.picture), written_whole(folder / names.picture) as new:
+        save(figure, new, dpi=RESOLUTION)

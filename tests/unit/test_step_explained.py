@@ -1,0 +1,318 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A step that is explained: forces against the residual, changes against counts, same results."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from contact_terms import DRIVEN, FREE, pressed
+from resumed_runs import assert_same_results, entries_of
+from small_problems import material_entries
+from staged_problems import staged_entries
+
+from tilth import AnalysisFailed, BadInput, Model, resume, run
+from tilth.analysis.asked_step import AskedStep
+from tilth.analysis.explain import Explanation
+from tilth.analysis.explain_files import write_explanation
+from tilth.analysis.explained import (
+    HELD,
+    Attempt,
+    ExplainedStep,
+    Iteration,
+    Largest,
+    Solve,
+)
+from tilth.analysis.residual import State
+from tilth.analysis.simulation import Simulation
+from tilth.boundaries.contact.forces import AssembledContact
+from tilth.comm import SERIAL
+from tilth.plot.residual_forces import Residuals
+
+CUT = 2
+"""The first step of `cut_entries` that is cut."""
+
+
+def cut_entries(**schedule: Any) -> dict[str, Any]:
+    """The block of `entries_of` without a line search, so that some steps fail."""
+    entries = entries_of()
+    entries["analysis"]["line_search"] = False
+    entries["schedule"] |= schedule
+    return entries
+
+
+class Recounted(Explanation):
+    """Counts for itself, from the soil and the law of contact, what changes in each iteration."""
+
+    def __init__(self, simulation: Simulation, asked: int) -> None:
+        super().__init__(AskedStep(asked))
+        self._simulation = simulation
+        self._sets: list[dict[str, set[int]]] = []
+        self.seen = 0
+
+    def iteration(self, number: int, state: State, moving: bool) -> None:
+        super().iteration(number, state, moving)
+        if self._watched is None:  # a step that is not explained
+            return
+        assert self.step is not None
+        balance = self._watched.balance
+        own = self.step.attempts[-1].solves[-1].iterations
+        if len(own) == 1:
+            self._sets = []
+        told = own[-1]
+        soil = self._simulation.soil_on(balance.active)
+        soil.update(state.displacement)
+        more = soil._trial.plastic[:, 0] > soil.points.plastic[:, 0]
+        sets = {"yield": set(np.flatnonzero(more).tolist())}
+        for term in balance.terms:
+            if isinstance(term, AssembledContact):
+                sets |= by_the_law(term)
+        self._compare(told, sets)
+        self._sets.append(sets)
+        self.seen += 1
+        free = np.where(self._watched.constrained, 0.0, state.forces.residual)
+        assert told.norm == pytest.approx(np.linalg.norm(free))
+        assert told.relative == state.relative
+        place = balance.active.position[np.linalg.norm(free, axis=1).argmax()]
+        np.testing.assert_array_equal(told.largest.node, place)
+
+    def _compare(self, told: Any, sets: dict[str, set[int]]) -> None:
+        assert told.yielding == len(sets["yield"])
+        before = self._sets[-1] if self._sets else None
+        if before is None:
+            assert (told.began, told.ceased) == (None, None)
+        else:
+            assert told.began == len(sets["yield"] - before["yield"])
+            assert told.ceased == len(before["yield"] - sets["yield"])
+        for each in told.contact:
+            closed, slides = (sets[f"{each.surface} {key}"] for key in ("closed", "slides"))
+            assert (each.sticking, each.sliding) == (len(closed - slides), len(slides))
+            if before is None:
+                assert each.opened is each.closed is each.slid is each.stuck is None
+                continue
+            was, slid = (before[f"{each.surface} {key}"] for key in ("closed", "slides"))
+            assert (each.opened, each.closed) == (len(was - closed), len(closed - was))
+            both = was & closed
+            assert each.slid == len((slides - slid) & both)
+            assert each.stuck == len((slid - slides) & both)
+
+
+def by_the_law(term: AssembledContact) -> dict[str, set[int]]:
+    """Points of a surface in contact and sliding, counted one by one."""
+    closed, slides, number = set(), set(), 0
+    for support, _, found in term._each():
+        for point, owner in enumerate(support.part.owner):
+            if found.response.closed[owner] and support.active[point]:
+                closed.add(number)
+                if found.response.sliding[owner]:
+                    slides.add(number)
+            number += 1
+    return {f"{term.name} closed": closed, f"{term.name} slides": slides}
+
+
+def watched(simulation: Simulation, steps: int, size: float) -> Recounted:
+    """Takes steps of one size, the last of which is explained."""
+    explanation = Recounted(simulation, steps)
+    simulation.observer = explanation
+    for number in range(steps):
+        with explanation.attempt(simulation.model, number + 1, number * size, (number + 1) * size):
+            simulation.advance(number * size, (number + 1) * size)
+    assert explanation.complete
+    return explanation
+
+
+def assert_sums(step: ExplainedStep) -> None:
+    """The forces of all terms and of what holds nodes sum to what is out of balance."""
+    for attempt in step.attempts:
+        for solve in attempt.solves:
+            for each in solve.iterations:
+                assert each.terms[-1].label == HELD
+                assert len({term.label for term in each.terms}) == len(each.terms)
+                size = sum(term.norm for term in each.terms)
+                at_largest = sum(term.at_largest for term in each.terms)
+                bound = 1e-13 * size
+                np.testing.assert_allclose(at_largest, each.largest.force, rtol=0, atol=bound)
+                if each.norm > 1e-8 * size:
+                    assert sum(term.share for term in each.terms) == pytest.approx(1.0, abs=1e-4)
+
+
+@pytest.mark.parametrize(("way", "steps"), [(DRIVEN, 3), (FREE, 1)])
+def test_changes_of_contact_and_yield_are_those_counted_one_by_one(way: str, steps: int) -> None:
+    explanation = watched(pressed("plane_strain", "limited", way), steps, 0.25)
+    assert explanation.step is not None
+    solves = explanation.step.attempts[-1].solves
+    assert explanation.seen == sum(len(solve.iterations) for solve in solves)
+    iterations = solves[-1].iterations
+    contact = [each.contact[0] for each in iterations[1:]]
+    assert any(each.stuck for each in contact)
+    assert any(each.slid for each in contact)
+    if way == FREE:
+        assert any(each.opened for each in contact)
+        assert any(each.closed for each in contact)
+        assert iterations[-1].bodies.keys() == {"contact with 'body'"}
+    else:
+        assert any(each.began for each in iterations[1:])
+        assert any(each.ceased for each in iterations[1:])
+    assert_sums(explanation.step)
+    names = {each.label for each in iterations[0].terms}
+    assert "" not in names
+    assert names >= {"soil", "loads on points", "weak springs", "contact with 'body'", HELD}
+
+
+def test_the_same_in_space_and_its_picture_has_two_views(tmp_path: Path) -> None:
+    explanation = watched(pressed("3d", "limited", DRIVEN), 1, 0.25)
+    assert explanation.step is not None
+    assert_sums(explanation.step)
+    write_explanation(explanation.step, tmp_path)
+    assert (tmp_path / "explain_1.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_what_is_shown_is_from_where_newtons_method_went_astray() -> None:
+    """Of a solution that failed the closest iteration after the first, else the last one."""
+    place = np.zeros((1, 2))
+    none = Largest(place[0], place[0], 0, place[0], "block", "soil", "")
+    for failure, told in (("none", 2), (None, 4)):
+        solve = Solve("Newton's method", failure=failure)
+        assert solve.telling is None
+        for number, relative in enumerate((0.01, 0.3, 0.02, 0.9, 0.8)):
+            iteration = Iteration(number, relative, 1.0, False, [], {}, none, [], 0, None, None)
+            solve.add(iteration, Residuals(place, place, place[:, 0] > 0, place, place + number))
+        assert solve.telling is not None
+        iteration, residuals = solve.telling
+        assert iteration.number == residuals.force[0, 0] == told
+    plain, creeping = Solve("a", failure="x"), Solve("b", creeps=True, failure="y")
+    for each in (plain, creeping):
+        each.add(iteration, residuals)
+    failed = Attempt(0.0, 1.0, [plain, creeping], failure="z")
+    accepted = Attempt(0.0, 0.5, [plain, creeping])
+    assert (failed.telling, accepted.telling) == (plain, creeping)
+    assert ExplainedStep(1, "", "", "", [failed, accepted]).shown == (1, plain)
+    assert ExplainedStep(1, "", "", "", [accepted]).shown == (1, creeping)
+    assert ExplainedStep(1, "", "", "", [Attempt(0.0, 1.0)]).shown is None
+
+
+@pytest.fixture(scope="module")
+def model() -> Model:
+    return Model.from_dict(cut_entries())
+
+
+@pytest.fixture(scope="module")
+def plain(model: Model, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("plain") / "run"
+    run(model, folder, quiet=True)
+    return folder
+
+
+def read(folder: Path, step: int) -> Any:
+    return json.loads((folder / f"explain_{step}.json").read_text())
+
+
+def test_results_are_the_same_bits_and_all_attempts_are_told(
+    model: Model, plain: Path, tmp_path: Path
+) -> None:
+    run(model, tmp_path / "run", quiet=True, explain=CUT)
+    assert_same_results(plain, tmp_path / "run")
+    told = read(tmp_path / "run", CUT)
+    failed, accepted = told["attempts"][0], told["attempts"][-1]
+    assert not failed["accepted"]
+    assert "no equilibrium after 3" in failed["failure"]
+    assert accepted["accepted"]
+    assert accepted["failure"] is None
+    relative = [i["relative_residual"] for i in accepted["solves"][-1]["iterations"]]
+    log = (plain / "log.txt").read_text().splitlines()
+    (line,) = [each for each in log if each.split()[:1] == [f"{CUT}"]]
+    assert f"{relative[-1]:.2e}" in line
+    table = (tmp_path / "run" / f"explain_{CUT}.csv").read_text()
+    rows = list(csv.DictReader(table.splitlines()))
+    whole = [
+        term
+        for attempt in told["attempts"]
+        for solve in attempt["solves"]
+        for iteration in solve["iterations"]
+        for term in iteration["terms"]
+    ]
+    assert [row["term"] for row in rows] == [term["term"] for term in whole]
+    norm = next(key for key in rows[0] if key.startswith("norm"))
+    assert [float(row[norm]) for row in rows] == [term["norm"] for term in whole]
+
+
+@pytest.mark.slow
+def test_results_with_contact_are_the_same_bits(tmp_path: Path) -> None:
+    entries = pressed("plane_strain", "limited", DRIVEN, steps=2).model.to_dict()
+    model = Model.from_dict(entries | {"output": {"report": False}})
+    run(model, tmp_path / "plain", quiet=True)
+    run(model, tmp_path / "told", quiet=True, explain=2)
+    assert_same_results(tmp_path / "plain", tmp_path / "told")
+    assert read(tmp_path / "told", 2)["attempts"][-1]["accepted"]
+
+
+def test_a_step_that_ends_the_run_is_explained(tmp_path: Path) -> None:
+    with pytest.raises(AnalysisFailed, match=f"step {CUT} "):
+        model = Model.from_dict(cut_entries(adaptive=False))
+        run(model, tmp_path, quiet=True, explain=CUT)
+    told = read(tmp_path, CUT)
+    assert [each["accepted"] for each in told["attempts"]] == [False]
+    assert told["attempts"][0]["solves"][-1]["iterations"]
+    assert (tmp_path / f"explain_{CUT}.png").exists()
+
+
+@pytest.mark.slow
+def test_a_step_of_a_stage_is_counted_from_its_start(tmp_path: Path) -> None:
+    """Also in a run that goes on in the midst of this stage."""
+    entries = staged_entries()
+    entries["output"] = {"report": False}
+    model = Model.from_dict(entries)
+    run(model, tmp_path / "whole", quiet=True, explain="dig:2", until=3.0)
+    told = read(tmp_path / "whole", 4)
+    assert (told["step"], told["stage"]) == (4, "dig")
+    assert [path.name for path in (tmp_path / "whole").glob("explain_*.json")] == ["explain_4.json"]
+    run(model, tmp_path / "parts", quiet=True, until=1.0 + 1e-3)
+    for given in (3, "dig:1", "weight:9", "weight:1"):
+        with pytest.raises(BadInput, match="comes before the state"):
+            resume(tmp_path / "parts", quiet=True, explain=given)
+    resume(tmp_path / "parts", quiet=True, explain="dig:2", until=3.0)
+    assert read(tmp_path / "parts", 4) == told
+    assert_same_results(tmp_path / "whole", tmp_path / "parts")
+
+
+@pytest.mark.parametrize("given", ["", "five", "0", "-1", "2.5", ":3", "dig:", "1e3", True, "٣"])
+def test_what_is_no_step_is_refused(given: Any) -> None:
+    with pytest.raises(BadInput, match="is not the number of a step") as error:
+        AskedStep.of(given, Model.from_dict(staged_entries()), SERIAL)
+    assert "history.csv" in error.value.remedy
+    assert "STAGE:STEP" in error.value.remedy
+
+
+def test_names_of_stages_are_checked(model: Model, tmp_path: Path) -> None:
+    staged = Model.from_dict(staged_entries())
+    assert AskedStep.of("wall away:2", staged, SERIAL) == AskedStep(2, "wall away")
+    with pytest.raises(BadInput, match="no stage of this name") as error:
+        AskedStep.of("digg:1", staged, SERIAL)
+    assert "`dig`" in error.value.remedy
+    with pytest.raises(BadInput, match="the model has no stages"):
+        run(model, tmp_path / "run", quiet=True, explain="dig:1")
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_step_that_the_run_does_not_have_is_an_error_after_it(tmp_path: Path) -> None:
+    entries = entries_of()
+    entries["materials"]["soil"] = material_entries("hencky_elastic")
+    entries["schedule"] = {"steps": 1}
+    with pytest.raises(BadInput, match="ended with step 1 and had no such step") as error:
+        run(Model.from_dict(entries), tmp_path, quiet=True, explain=2)
+    assert "--overwrite" in error.value.remedy
+    assert (tmp_path / "checkpoint.npz").exists()
+    assert not list(tmp_path.glob("explain_*"))
+
+
+def test_several_processes_are_refused() -> None:
+    class Two:
+        size = 2
+
+    with pytest.raises(BadInput, match="by one process only") as error:
+        AskedStep.of(1, Model.from_dict(entries_of()), Two())  # type: ignore[arg-type]
+    assert "tilth resume" in error.value.remedy
