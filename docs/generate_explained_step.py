@@ -20,15 +20,20 @@ FACTOR = [[0.0, 0.0], [1.0, 14.0]]
 SCHEDULE = {"steps": 4, "minimum_step": 0.1, "outputs": 1}
 
 
-def main() -> None:
-    """Runs the case and writes the picture."""
+def model() -> tilth.Model:
+    """Returns the model of the how-to."""
     entries = tilth.load_case(ROOT / "examples" / "vertical_cut" / "case.toml").to_dict()
     entries["loads"][0]["factor"] = FACTOR
     entries["schedule"] = SCHEDULE
     entries["output"] = {"report": False}
+    return tilth.Model.from_dict(entries)
+
+
+def main() -> None:
+    """Runs the case and writes the picture."""
     with tempfile.TemporaryDirectory() as folder:
         with suppress(tilth.AnalysisFailed):
-            tilth.run(tilth.Model.from_dict(entries), folder, explain=STEP)
+            tilth.run(model(), folder, explain=STEP)
         picture = Path(folder) / f"explain_{STEP}.png"
         shutil.copy(picture, ROOT / "docs" / "howto" / "explain_a_step.png")
 

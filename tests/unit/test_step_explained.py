@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from contact_terms import DRIVEN, FREE, pressed
 from resumed_runs import assert_same_results, entries_of
+from script_module import module_of
 from small_problems import material_entries
 from staged_problems import staged_entries
 
@@ -32,6 +33,8 @@ from tilth.analysis.simulation import Simulation
 from tilth.boundaries.contact.forces import AssembledContact
 from tilth.comm import SERIAL
 from tilth.plot.residual_forces import Residuals
+
+DOCS = Path(__file__).parents[2] / "docs"
 
 CUT = 2
 """The first step of `cut_entries` that is cut."""
@@ -316,3 +319,40 @@ def test_several_processes_are_refused() -> None:
     with pytest.raises(BadInput, match="by one process only") as error:
         AskedStep.of(1, Model.from_dict(entries_of()), Two())  # type: ignore[arg-type]
     assert "tilth resume" in error.value.remedy
+
+
+@pytest.mark.slow
+def test_the_how_to_shows_what_is_printed(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """First iterations and all forces of the last attempt; how the method goes on may differ."""
+    script = module_of(DOCS / "generate_explained_step.py")
+    with pytest.raises(AnalysisFailed, match=f"step {script.STEP} "):
+        run(script.model(), tmp_path, explain=script.STEP)
+    printed = capfd.readouterr().err.splitlines()
+    page = (DOCS / "howto" / "explain_a_step.md").read_text().splitlines()
+    first = next(i for i, line in enumerate(page) if "largest at [m]" in line)
+    last = next(i for i, line in enumerate(page) if line.strip().startswith("out of balance"))
+    shown = [line for line in page[first : last + 1] if line.strip() != "..."]
+    assert len(shown) == 12
+    for line in shown:
+        assert line in printed
+    told = read(tmp_path, script.STEP)
+    assert len(told["attempts"]) == 4
+    crept = told["attempts"][-1]["solves"][-1]
+    assert crept["method"].startswith("soil creeps against a drag")
+    norms = {each["term"]: each["norm"] for each in crept["iterations"][-1]["terms"]}
+    assert norms["drag"] > 0.0
+
+
+def test_a_disk_that_is_full_does_not_hide_why_the_run_ends(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    def full(*_: Any) -> None:
+        raise AnalysisFailed("no room for it")
+
+    monkeypatch.setattr("tilth.analysis.explain_files.write_explanation", full)
+    entries = cut_entries(adaptive=False)
+    with pytest.raises(AnalysisFailed, match=f"step {CUT} "):
+        run(Model.from_dict(entries), tmp_path, explain=CUT)
+    assert "could not be completed: no room for it" in capfd.readouterr().err

@@ -5,14 +5,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 
 from tilth import __version__
 from tilth.analysis.explain import Explanation
 from tilth.analysis.explain_tables import screen_text, spreadsheet
 from tilth.analysis.explained import ExplainedStep
-from tilth.errors import AnalysisFailed
 from tilth.output.disk import writing
 from tilth.output.files import write_durably, written_whole
 from tilth.output.folder import explanation_files
@@ -37,7 +36,8 @@ def told(
         say: prints a text.
 
     Raises:
-        AnalysisFailed: a file cannot be written; not if the run fails for another reason.
+        AnalysisFailed: a file cannot be written; where the run ends by another error, that is only
+            said.
     """
     is_told = False
 
@@ -54,8 +54,10 @@ def told(
     except BaseException:
         if explanation is not None and not is_told:
             if explanation.step is not None:
-                with suppress(AnalysisFailed):
+                try:
                     _tell(explanation.step, folder, say)
+                except Exception as problem:  # it is not to hide why the run ends
+                    say(f"the explanation of the step could not be completed: {problem}")
             elif explanation.last:
                 last = explanation.last
                 say(f"the run did not get to step {explanation.asked} to explain, but to {last}")
