@@ -73,7 +73,7 @@ def test_run_hands_the_model_on(tilth: Tilth, case: Case, analysis: Any) -> None
     file = case()
     assert tilth("run", file) == Outcome(0, f"results in {file.with_suffix('')}\n", "")
     every_option = ("--out", "x", "--threads", "2", "--until", "0.5", "--overwrite", "--quiet")
-    limit = ("--memory-limit", "64GB")
+    limit = ("--memory-limit", "64GB", "--explain", "dig:3")
     assert tilth("run", file, *every_option, *limit) == Outcome(0, "", "")
     ((model, folder), options), ((_, other), more) = analysis.calls
     assert model.title == "Column under its own weight"
@@ -84,6 +84,7 @@ def test_run_hands_the_model_on(tilth: Tilth, case: Case, analysis: Any) -> None
         "from_stage": None,
         "continues": False,
         "quiet": False,
+        "explain": None,
     }
     assert other == Path("x")
     given = {"threads": 2, "until": 0.5, "memory_limit": "64GB"}
@@ -92,13 +93,15 @@ def test_run_hands_the_model_on(tilth: Tilth, case: Case, analysis: Any) -> None
         "from_stage": None,
         "continues": False,
         "quiet": True,
+        "explain": "dig:3",
     }
 
 
 def test_resume_hands_the_folder_on(tilth: Tilth, tmp_path: Path, analysis: Any) -> None:
-    assert tilth("resume", tmp_path, "--threads", "1", "--memory-limit", "1GB").code == 0
+    given = ("--threads", "1", "--memory-limit", "1GB", "--explain", "12")
+    assert tilth("resume", tmp_path, *given).code == 0
     options = {"threads": 1, "until": None, "memory_limit": "1GB", "quiet": False}
-    assert analysis.calls == [((tmp_path,), options)]
+    assert analysis.calls == [((tmp_path,), options | {"explain": "12"})]
 
 
 def test_a_run_that_stops_at_a_time_says_how_to_go_on(

@@ -132,6 +132,13 @@ def product(term: AssembledTerm, balance: Balance, u: Floats, direction: Floats)
 
 
 @pytest.mark.parametrize("kind", KINDS)
+def test_every_term_has_a_label_of_its_own(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    labels = [term.label for term in balance_of(kind, monkeypatch).terms]
+    assert all(labels)
+    assert len(set(labels)) == len(labels)
+
+
+@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("name", TERMS)
 def test_stiffness_is_the_derivative_of_the_force(
     kind: str, name: str, monkeypatch: pytest.MonkeyPatch
