@@ -29,14 +29,13 @@ from tilth.analysis.motions import force_unit
 from tilth.analysis.observer import Observer
 from tilth.analysis.residual import Newton, State
 from tilth.arrays import Flags, Floats
-from tilth.boundaries.contact.forces import AssembledContact
 from tilth.errors import BadInput, TilthError
 from tilth.model import Model
 from tilth.mpm.soil import Soil
 from tilth.plot.residual_forces import Residuals
 from tilth.terms.balance import Balance
 from tilth.terms.drag import Drag
-from tilth.terms.protocol import AssembledTerm, Changes
+from tilth.terms.protocol import AssembledTerm, Changes, Role
 
 
 @dataclass
@@ -183,16 +182,18 @@ class Explanation(Observer):
         watched: _Watched, state: State
     ) -> tuple[list[tuple[Flags, Flags]], list[SurfaceCounts]]:
         """Returns which points are in contact and slide, surface by surface, and their numbers."""
-        terms = [each for each in watched.balance.terms if isinstance(each, AssembledContact)]
+        balance = watched.balance
+        terms = [*balance.of_role(Role.CONTACT), *balance.of_role(Role.BETWEEN_BODIES)]
+        outcomes = [each.outcome(state.displacement) for each in terms]
+        surfaces = [each.contact for each in outcomes if each is not None and each.contact]
         now, counts = [], []
-        for number, term in enumerate(terms):
-            found = term.state(state.displacement)
-            touches, slides = found.in_contact, found.sliding
+        for number, surface in enumerate(surfaces):
+            touches, slides = surface.state.in_contact, surface.state.sliding
             now.append((touches, slides))
             stays = touches & ~slides
             numbers = int((~touches).sum()), int(stays.sum()), int((touches & slides).sum())
             if watched.contact is None:
-                counts.append(SurfaceCounts(term.name, *numbers))
+                counts.append(SurfaceCounts(surface.name, *numbers))
                 continue
             touched, slid = watched.contact[number]
             both = touched & touches
@@ -202,7 +203,7 @@ class Explanation(Observer):
                 both & slides & ~slid,
                 (both & slid & ~slides),
             )
-            counts.append(SurfaceCounts(term.name, *numbers, *(int(c.sum()) for c in changes)))
+            counts.append(SurfaceCounts(surface.name, *numbers, *(int(c.sum()) for c in changes)))
         return now, counts
 
 
