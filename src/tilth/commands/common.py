@@ -42,7 +42,7 @@ OUT = click.option(
 EXPLAIN = click.option(
     "--explain",
     metavar="[STAGE:]STEP",
-    help="Explain a load step by its number, from that of the run's or a stage's start: the forces "
+    help="Explain a load step, by its number in the run or in a stage: the forces "
     "of each term in each Newton iteration, where the residual is largest, and a picture of it.",
 )
 QUIET = click.option("--quiet", is_flag=True, help="Print nothing but errors.")
