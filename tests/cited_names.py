@@ -35,6 +35,7 @@ SOURCES = (".py", ".pyi", ".hpp", ".cpp")
 OTHERS = {
     "COMMON": "Fortran",
     "MutexInit": "Abaqus",
+    "mpiexec": "MPI",
     "NODATA_value": "ESRI ASCII grids",
     "PETSC_DIR": "PETSc",
     "PETSC_OPTIONS": "PETSc",

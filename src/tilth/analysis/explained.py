@@ -92,7 +92,7 @@ class Iteration:
 
     Attributes:
         number: of linear solves. One that stands twice: at the equilibrium something was determined
-            anew that is fixed meanwhile, such as which soil takes part in contact.
+            anew that is fixed meanwhile, such as which soil is in contact.
         relative: residual over the size of the forces [-], which Newton's tolerance bounds.
         norm: of the nodal residual on what is free [force].
         moving: whether prescribed degrees of freedom have yet to move.
