@@ -86,7 +86,7 @@ def test_a_step_that_is_not_there_is_an_error_after_the_run(
     found = tilth("run", file, "--out", tmp_path / "out", "--explain", "7", "--quiet")
     assert found.code == 2
     assert "the run ended with step 1 and had no such step" in found.err
-    assert "name a step that log.txt has" in found.err
+    assert "name a step that log.txt has, in a new run" in found.err
     assert (tmp_path / "out" / "results.vtkhdf").exists()
 
 
@@ -95,5 +95,16 @@ def test_a_run_that_fails_before_the_step_says_where(
 ) -> None:
     found = tilth("run", case(*FAILS), "--out", tmp_path / "out", "--explain", "2")
     assert found.code == 1
-    assert "did not get to step 2" in found.err
+    assert "step 2 to explain was not among the steps taken; the last one tried is 1" in found.err
     assert not list((tmp_path / "out").glob("explain_*"))
+
+
+def test_a_run_that_stops_before_the_step_says_how_to_go_on(
+    tilth: Callable[..., Outcome], case: Callable[..., Path], tmp_path: Path
+) -> None:
+    folder = tmp_path / "out"
+    found = tilth("run", case(), "--out", folder, "--until", "0.5", "--explain", "2", "--quiet")
+    assert found.code == 2
+    assert "the run stopped after step 1, before this step" in found.err
+    assert f"tilth resume {folder} --explain 2" in found.err
+    assert "had no such step" not in found.err

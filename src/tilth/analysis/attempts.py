@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tilth.analysis.creep import crept_to_rest
+from tilth.analysis.observer import Search
 from tilth.analysis.predictor import Predictor
 from tilth.analysis.residual import Newton, Residual, most_patient
 from tilth.analysis.run_warnings import JUMP, NO_JUMP, RunWarnings
@@ -74,8 +75,13 @@ def solve(
             guess = step.active.updated(guess)
             explained = explained_motion(step, guess)
 
-    def solved(newton: Newton, guess: Floats | None, unknowns: Floats | None = None) -> Equilibrium:
-        with simulation.observer.solving(newton, guess):
+    def solved(
+        newton: Newton,
+        guess: Floats | None,
+        unknowns: Floats | None = None,
+        search: Search = Search.STEP,
+    ) -> Equilibrium:
+        with simulation.observer.solving(newton, guess, search):
             return solve_step(
                 balance, step.conditions, simulation.solver, newton, simulation.timers, guess,
                 on_iteration, unknowns, simulation.observer,
@@ -98,8 +104,13 @@ def solve(
         begun = 0.0 if guess is None or not yields else guess
         start = np.where(conditions.constrained, conditions.increment, begun)
         residual = Residual(balance, conditions.constrained)
+
+        def crept(newton: Newton, guess: Floats, unknowns: Floats | None) -> Equilibrium:
+            search = Search.CREEPING if np.isfinite(drag.size) else Search.REST
+            return solved(newton, guess, unknowns, search)
+
         found = crept_to_rest(
-            simulation, step, soil, solved, drag, newton, start, residual, failure.reason
+            simulation, step, soil, crept, drag, newton, start, residual, failure.reason
         )
         if found is not None:
             return found

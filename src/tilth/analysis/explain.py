@@ -7,6 +7,7 @@ with the same bits as without.
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -17,6 +18,7 @@ import numpy as np
 from tilth.analysis.asked_step import AskedStep
 from tilth.analysis.explained import (
     HELD,
+    INTERRUPTED,
     Attempt,
     ExplainedStep,
     Iteration,
@@ -26,7 +28,7 @@ from tilth.analysis.explained import (
     TermForces,
 )
 from tilth.analysis.motions import force_unit
-from tilth.analysis.observer import Observer
+from tilth.analysis.observer import Observer, Search
 from tilth.analysis.residual import Newton, State
 from tilth.arrays import Flags, Floats
 from tilth.errors import BadInput, TilthError
@@ -34,7 +36,6 @@ from tilth.model import Model
 from tilth.mpm.soil import Soil
 from tilth.plot.residual_forces import Residuals
 from tilth.terms.balance import Balance
-from tilth.terms.drag import Drag
 from tilth.terms.protocol import AssembledTerm, Changes, Role
 
 
@@ -45,7 +46,6 @@ class _Watched:
     soil: Soil
     balance: Balance
     constrained: Flags
-    drag: Drag | None
     forces: list[Floats] | None = None
     yielding: Flags | None = None
     contact: list[tuple[Flags, Flags]] | None = None
@@ -74,20 +74,42 @@ class Explanation(Observer):
         self._attempt: Attempt | None = None
         self._watched: _Watched | None = None
 
-    def require_reached(self, folder: Path) -> None:
+    def require_reached(
+        self, folder: Path, step: int, stage: str, stage_done: bool, done: bool
+    ) -> None:
         """Checks, at the end of a run, that it had the step.
 
+        Args:
+            folder: of the run.
+            step: number of its last one.
+            stage: name of its last stage; empty without stages.
+            stage_done: whether this stage is complete.
+            done: whether the run is complete, and did not stop before its end as it was asked to.
+
         Raises:
-            BadInput: it had not; its results are complete.
+            BadInput: it had not; its results up to its last step are on disk.
         """
-        if self.step is None:
+        if self.step is not None:
+            return
+        is_over = self.asked.stage in self._before and (stage_done or self.asked.stage != stage)
+        if done or is_over:
+            what = f"the run ended with step {step} and had no such step"
+            if not done:
+                what = f"the run is beyond this stage, after step {step}, and had no such step"
             raise BadInput(
-                f"the run ended with step {self.last} and had no such step; its results in "
-                f"{folder} are complete",
-                "name a step that log.txt has, and start the run again with --overwrite",
+                f"{what}; its results in {folder} are complete",
+                "name a step that log.txt has, in a new run: tilth run CASE.toml "
+                "--out ANOTHER_DIR --explain STEP",
                 key="explain",
                 value=f"{self.asked}",
             )
+        raise BadInput(
+            f"the run stopped after step {step}, before this step; its results up to there are "
+            f"in {folder}",
+            f"go on with it: tilth resume {folder} --explain {shlex.quote(f'{self.asked}')}",
+            key="explain",
+            value=f"{self.asked}",
+        )
 
     def _is_asked(self, model: Model, number: int) -> bool:
         self.last = number
@@ -117,22 +139,21 @@ class Explanation(Observer):
         finally:
             self._attempt = self._watched = None
 
-    def prepared(self, soil: Soil, balance: Balance, constrained: Flags, drag: Drag | None) -> None:
+    def prepared(self, soil: Soil, balance: Balance, constrained: Flags) -> None:
         """As `Observer.prepared`."""
         if self._attempt is not None:
             balance.keep_forces()
-            self._watched = _Watched(soil, balance, constrained, drag)
+            self._watched = _Watched(soil, balance, constrained)
 
     @contextmanager
-    def solving(self, newton: Newton, guess: Floats | None) -> Iterator[None]:
+    def solving(self, newton: Newton, guess: Floats | None, search: Search) -> Iterator[None]:
         """As `Observer.solving`."""
         if self._attempt is None or self._watched is None:
             yield
             return
         watched = self._watched
         watched.forces = watched.yielding = watched.contact = None
-        creeps = watched.drag is not None and bool(np.isfinite(watched.drag.size))
-        solve = Solve(_method(newton, guess is not None, creeps), creeps)
+        solve = Solve(_method(newton, guess is not None, search), search)
         self._attempt.solves.append(solve)
         try:
             yield
@@ -213,13 +234,18 @@ def label_of(term: AssembledTerm) -> str:
 
 
 def _reason(error: BaseException) -> str:
+    if isinstance(error, KeyboardInterrupt):
+        return INTERRUPTED
     return error.message if isinstance(error, TilthError) else str(error) or type(error).__name__
 
 
-def _method(newton: Newton, guessed: bool, creeps: bool) -> str:
+def _method(newton: Newton, guessed: bool, search: Search) -> str:
     """Returns what an iteration of Newton's method is, in words."""
-    parts = ["soil creeps against a drag" if creeps else "Newton's method"]
-    parts.append("from a guess" if guessed and not creeps else "")
+    parts = {
+        Search.STEP: ["Newton's method", "from a guess" if guessed else ""],
+        Search.CREEPING: ["soil creeps against a drag"],
+        Search.REST: ["Newton's method", "from where the soil has crept"],
+    }[search]
     parts.append("with a line search" if newton.line_search else "")
     careful = {Changes.CAREFUL: "contact with care", Changes.SINGLE: "contact point by point"}
     parts.append(careful.get(newton.changes, ""))

@@ -28,7 +28,8 @@ def told(
 ) -> Iterator[Callable[[], None]]:
     """Gives a function to call after each step, which tells the explanation once it is complete.
 
-    If the run ends before, by a failure of the step, what is known of it is told then.
+    If the run ends before, by a failure or an interruption, in this step or after it, what is known
+    of it is told then.
 
     Args:
         explanation: of a step; nothing is told if None.
@@ -59,8 +60,10 @@ def told(
                 except Exception as problem:  # it is not to hide why the run ends
                     say(f"the explanation of the step could not be completed: {problem}")
             elif explanation.last:
-                last = explanation.last
-                say(f"the run did not get to step {explanation.asked} to explain, but to {last}")
+                say(
+                    f"step {explanation.asked} to explain was not among the steps taken; the last "
+                    f"one tried is {explanation.last}"
+                )
         raise
 
 
@@ -87,14 +90,13 @@ def write_explanation(step: ExplainedStep, folder: Path) -> None:
     number, solve = step.shown
     assert solve.telling is not None
     iteration, residuals = solve.telling
-    of_stage = f" of the stage {step.stage!r}" if step.stage else ""
     attempt = step.attempts[number - 1]
-    end = "failed" if attempt.failure is not None or solve.failure is not None else "accepted"
     title = (
-        f"forces out of balance in step {step.number}{of_stage}\nattempt {number} ({end}), "
+        f"forces out of balance in step {step.name}\nattempt {number} ({attempt.end}), "
         f"iteration {iteration.number}: {iteration.relative:.2e} of the forces"
     )
     mark = f"largest, near point {iteration.largest.point} of {iteration.largest.body!r}"
+    mark = "" if iteration.is_balanced else mark
     figure = residual_figure(residuals, title, mark, step.length_unit, step.force_unit)
     with writing(folder / names.picture), written_whole(folder / names.picture) as new:
         save(figure, new, dpi=RESOLUTION)

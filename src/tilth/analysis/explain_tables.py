@@ -9,7 +9,9 @@ from collections.abc import Sequence
 from itertools import groupby
 
 from tilth.analysis.explained import ExplainedStep, Iteration, Solve
+from tilth.analysis.observer import Search
 from tilth.model.fields import AXES
+from tilth.report.fields import with_unit
 
 Rows = Sequence[Sequence[str]]
 
@@ -17,9 +19,8 @@ NONE = "-"
 """Where there is no number, as in the first iteration for changes since the one before."""
 
 
-ROUND_OFF, SMALL = 1e-10, 1e-6
-"""Sum of forces over their norm that is shown as 0, and what is out of balance, over the largest of
-the forces, of which no shares are shown: they are those of forces that cancel."""
+ROUND_OFF = 1e-10
+"""Sum of forces over their norm that is shown as 0."""
 
 
 def screen_text(step: ExplainedStep) -> str:
@@ -28,17 +29,18 @@ def screen_text(step: ExplainedStep) -> str:
     Of every attempt the iterations of the telling one of Newton's method, and the forces after its
     telling iteration; of the others a line.
     """
-    of_stage = f" of the stage {step.stage!r}" if step.stage else ""
-    lines = [f"explanation of step {step.number}{of_stage}"]
+    lines = [f"explanation of step {step.name}"]
     for number, attempt in enumerate(step.attempts, 1):
-        end = "accepted" if attempt.failure is None else f"failed: {attempt.failure}"
+        end = f"failed: {attempt.failure}" if attempt.end == "failed" else attempt.end
         times = f"from time {attempt.before:.6g} to {attempt.after:.6g}"
         lines += ["", f"attempt {number}, {times}, {end}"]
         telling = attempt.telling
-        for creeps, group in groupby(attempt.solves, key=lambda s: s.creeps and s is not telling):
+        for are_pseudo_steps, group in groupby(
+            attempt.solves, key=lambda s: s.search is Search.CREEPING and s is not telling
+        ):
             solves = list(group)
-            if creeps:
-                iterations = sum(len(each.iterations) - 1 for each in solves if each.iterations)
+            if are_pseudo_steps:
+                iterations = sum(each.iterations[-1].number for each in solves if each.iterations)
                 each_of = f"{len(solves)} pseudo-steps, {iterations} iterations"
                 lines.append(f"  {solves[0].method}: {each_of}")
                 continue
@@ -68,23 +70,30 @@ def _of_solve(solve: Solve, step: ExplainedStep) -> list[str]:
         lines += ["    points of contact", *_indented(_contact(solve.iterations))]
     assert solve.telling is not None
     told = solve.telling[0]
-    unit = f" [{step.force_unit}]" if step.force_unit else ""
-    lines += [
-        f"    forces on the soil after iteration {told.number}{unit}",
-        *_indented(_terms(told)),
-    ]
+    head = with_unit(f"forces on the soil after iteration {told.number}", step.force_unit)
+    if not told.is_balanced:
+        node = ", ".join(f"{x:.4g}" for x in told.largest.node)
+        head += f"; node: that at ({node}), with the largest force out of balance"
+    lines += [f"    {head}", *_indented(_terms(told))]
     for label, norm in told.bodies.items():
-        lines.append(f"    {label}: the body itself is out of balance by {norm:.3e}")
+        size = f"{norm:.3e} {step.force_unit}".rstrip()
+        lines.append(f"    {label}: the body itself is out of balance by {size}")
     return lines
 
 
 def _iterations(iterations: Sequence[Iteration], unit: str) -> Rows:
-    place = f"largest at [{unit}]" if unit else "largest at"
-    head = ["", "residual", "yield", "begin", "cease", place, "point", "body", "most from",
+    where = f"largest at [{unit}]" if unit else "largest at"
+    head = ["", "residual", "yield", "begin", "cease", where, "point", "body", "most from",
             "changed most"]  # fmt: skip
     rows = [head]
     for each in iterations:
         largest = each.largest
+        place = [
+            f"({', '.join(f'{x:.4g}' for x in largest.node)})",
+            f"{largest.point}",
+            largest.body,
+            largest.term,
+        ]
         rows.append(
             [
                 f"{each.number}{'*' if each.moving else ''}",
@@ -92,11 +101,8 @@ def _iterations(iterations: Sequence[Iteration], unit: str) -> Rows:
                 f"{each.yielding}",
                 _change(each.began),
                 _change(each.ceased),
-                f"({', '.join(f'{x:.4g}' for x in largest.node)})",
-                f"{largest.point}",
-                largest.body,
-                largest.term,
-                largest.changed or NONE,
+                *([NONE] * len(place) if each.is_balanced else place),
+                NONE if each.is_balanced else largest.changed or NONE,
             ]
         )
     return rows
@@ -115,18 +121,20 @@ def _contact(iterations: Sequence[Iteration]) -> Rows:
 
 def _terms(iteration: Iteration) -> Rows:
     axes = AXES[: len(iteration.largest.node)]
-    rows = [["term", "norm", *(f"sum {a}" for a in axes), *(f"largest {a}" for a in axes), "share"]]
+    rows = [["term", "norm", *(f"sum {a}" for a in axes)]]
+    if not iteration.is_balanced:
+        rows[0] += [*(f"{a} at node" for a in axes), "share"]
     size = max(each.norm for each in iteration.terms)
-    is_small = iteration.norm <= SMALL * size
     for each in iteration.terms:
         if each.norm != 0.0:
-            forces = [_force(x, each.norm) for x in (*each.resultant, *each.at_largest)]
-            share = NONE if is_small else f"{each.share:.3g}"
-            rows.append([each.label, f"{each.norm:.4g}", *forces, share])
+            sums = [_force(x, each.norm) for x in each.resultant]
+            rows.append([each.label, f"{each.norm:.4g}", *sums])
+            if not iteration.is_balanced:
+                rows[-1] += [*(_force(x, each.norm) for x in each.at_largest), f"{each.share:.3g}"]
     total = sum((each.resultant for each in iteration.terms), 0.0 * iteration.largest.force)
-    forces = [*(_force(x, size) for x in total), *(f"{x:.4g}" for x in iteration.largest.force)]
-    share = NONE if is_small else "1"
-    rows.append(["out of balance", f"{iteration.norm:.4g}", *forces, share])
+    rows.append(["out of balance", f"{iteration.norm:.4g}", *(_force(x, size) for x in total)])
+    if not iteration.is_balanced:
+        rows[-1] += [*(f"{x:.4g}" for x in iteration.largest.force), "1"]
     return rows
 
 
@@ -163,16 +171,19 @@ def _is_number(text: str) -> bool:
 
 
 def spreadsheet(step: ExplainedStep) -> str:
-    """Returns a table as CSV with a row per term and iteration of all attempts."""
+    """Returns a table as CSV with a row per term and iteration of all attempts.
+
+    Of an iteration that `is_balanced` shares, places and forces there are left empty.
+    """
     attempts = step.attempts
     every = [i for attempt in attempts for solve in attempt.solves for i in solve.iterations]
     axes = AXES[: len(every[0].largest.node)] if every else AXES[:0]
-    unit = f" [{step.force_unit}]" if step.force_unit else ""
-    length = f" [{step.length_unit}]" if step.length_unit else ""
+    force, length = step.force_unit, step.length_unit
     head = ["attempt", "solve", "iteration", "relative_residual", "yielding"]
-    head += [f"largest_at_{a}{length}" for a in axes] + ["point", "body", "term", f"norm{unit}"]
-    head += [f"sum_{a}{unit}" for a in axes] + ["share"]
-    head += [f"force_at_largest_{a}{unit}" for a in axes]
+    head += [with_unit(f"largest_at_{a}", length) for a in axes]
+    head += ["point", "body", "term", with_unit("norm", force)]
+    head += [with_unit(f"sum_{a}", force) for a in axes] + ["share"]
+    head += [with_unit(f"force_at_largest_{a}", force) for a in axes]
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(head)
@@ -182,7 +193,12 @@ def spreadsheet(step: ExplainedStep) -> str:
                 largest = each.largest
                 first = [number, solve_number, each.number, each.relative, each.yielding]
                 place = [*largest.node.tolist(), largest.point, largest.body]
+                if each.is_balanced:
+                    place = [""] * len(place)
                 for term in each.terms:
-                    forces = [*term.resultant.tolist(), term.share, *term.at_largest.tolist()]
+                    of_largest = [term.share, *term.at_largest.tolist()]
+                    if each.is_balanced:
+                        of_largest = [""] * len(of_largest)
+                    forces = [*term.resultant.tolist(), *of_largest]
                     writer.writerow([*first, *place, term.label, term.norm, *forces])
     return text.getvalue()

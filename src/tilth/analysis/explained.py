@@ -12,12 +12,20 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from tilth.analysis.observer import Search
 from tilth.arrays import Floats
 from tilth.plot.residual_forces import Residuals
 
 HELD = "held nodes"
 """Label of the reaction of what holds nodes on grid lines; with it all forces sum to what is out of
 balance on the free degrees of freedom."""
+
+INTERRUPTED = "interrupted"
+"""Why an attempt that the user stops has no end."""
+
+SMALL = 1e-6
+"""What is out of balance, over the largest of the forces, up to which it is in equilibrium: shares
+and places of it are then those of forces that cancel."""
 
 
 @dataclass(frozen=True)
@@ -116,6 +124,11 @@ class Iteration:
     began: int | None
     ceased: int | None
 
+    @property
+    def is_balanced(self) -> bool:
+        """Whether no more is out of balance than `SMALL`: no term and no place stands out then."""
+        return self.norm <= SMALL * max((each.norm for each in self.terms), default=0.0)
+
 
 @dataclass
 class Solve:
@@ -123,23 +136,35 @@ class Solve:
 
     Attributes:
         method: what it is, in words.
-        creeps: whether it is one of those in which soil creeps against a drag.
+        search: what it looks for.
         iterations: of it.
         failure: why there is no equilibrium; None if it was found.
     """
 
     method: str
-    creeps: bool = False
+    search: Search = Search.STEP
     iterations: list[Iteration] = field(default_factory=list)
     failure: str | None = None
     _last: Residuals | None = None
     _closest: tuple[int, Residuals] | None = None
+    _begun: int = 0
+
+    @property
+    def creeps(self) -> bool:
+        """Whether it belongs to the creep of the soil to its equilibrium."""
+        return self.search is not Search.STEP
 
     def add(self, iteration: Iteration, residuals: Residuals) -> None:
         """Takes note of an iteration and of where its residual is."""
+        if self.iterations and iteration.number == self.iterations[-1].number:
+            self._begun = len(self.iterations)  # at an equilibrium with what was fixed before
         self.iterations.append(iteration)
         self._last, index = residuals, len(self.iterations) - 1
-        best = math.nan if index < 2 else self.iterations[self._index_of_closest].relative
+        best = (
+            math.nan
+            if index - self._begun < 2
+            else self.iterations[self._index_of_closest].relative
+        )
         if math.isnan(best) or iteration.relative < best:
             self._closest = index, residuals
 
@@ -153,7 +178,8 @@ class Solve:
         """The iteration to look at, and where its residual is; None before the first.
 
         The last one if the equilibrium was found. Else the one that came closest to it after the
-        first guess: from there the method went astray.
+        first guess, and after something was determined anew at an equilibrium: from there the
+        method went astray.
         """
         if self._last is None or self._closest is None:
             return None
@@ -179,17 +205,27 @@ class Attempt:
     failure: str | None = None
 
     @property
+    def end(self) -> str:
+        """How it ended, in a word."""
+        if self.failure is None:
+            return "accepted"
+        return INTERRUPTED if self.failure == INTERRUPTED else "failed"
+
+    @property
     def telling(self) -> Solve | None:
         """The iteration of Newton's method to look at; None before the first.
 
-        The last one of an accepted attempt; of another the last one that failed, if possible not of
-        those in which soil creeps.
+        The last one of an accepted attempt, and where its equilibrium was refused; else the last
+        one that failed, if possible not of those of soil that creeps.
         """
         begun = [each for each in self.solves if each.iterations]
         failed = [each for each in begun if each.failure is not None]
         of_newton = [each for each in failed if not each.creeps]
-        if self.failure is None or not failed:
-            return begun[-1] if begun else None
+        last = begun[-1] if begun else None
+        if last is None or self.failure is None or not failed:
+            return last
+        if last.failure is None and not last.creeps:
+            return last
         return (of_newton or failed)[-1]
 
 
@@ -211,6 +247,11 @@ class ExplainedStep:
     attempts: list[Attempt] = field(default_factory=list)
 
     @property
+    def name(self) -> str:
+        """Its number, with that of its stage for messages."""
+        return f"{self.number}, in the stage {self.stage!r}" if self.stage else f"{self.number}"
+
+    @property
     def shown(self) -> tuple[int, Solve] | None:
         """Number of the attempt to draw, from 1, and its `telling` iteration of Newton's method.
 
@@ -225,7 +266,11 @@ class ExplainedStep:
         return number, solve
 
     def to_dict(self) -> dict[str, Any]:
-        """Returns all numbers as mappings and lists; those that are not finite are None."""
+        """Returns all numbers as mappings and lists.
+
+        Those that are not finite are None, and so are, of an iteration that `is_balanced`, the
+        shares, the node with the largest residual and the forces there.
+        """
         return {
             "step": self.number,
             "stage": self.stage,
@@ -250,7 +295,7 @@ def _solve(solve: Solve) -> dict[str, Any]:
 
 
 def _iteration(own: Iteration) -> dict[str, Any]:
-    largest = own.largest
+    largest, unclear = own.largest, own.is_balanced
     return {
         "iteration": own.number,
         "relative_residual": _finite(own.relative),
@@ -261,13 +306,15 @@ def _iteration(own: Iteration) -> dict[str, Any]:
                 "term": each.label,
                 "norm": _finite(each.norm),
                 "resultant": _all_finite(each.resultant),
-                "share": _finite(each.share),
-                "at_largest": _all_finite(each.at_largest),
+                "share": None if unclear else _finite(each.share),
+                "at_largest": None if unclear else _all_finite(each.at_largest),
             }
             for each in own.terms
         ],
         "rigid_bodies": {label: _finite(norm) for label, norm in own.bodies.items()},
-        "largest": {
+        "largest": None
+        if unclear
+        else {
             "node": _all_finite(largest.node),
             "force": _all_finite(largest.force),
             "point": largest.point,

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from contextlib import AbstractContextManager, nullcontext
+from enum import Enum, auto
 from typing import Final
 
 from tilth.analysis.residual import Newton, State
@@ -11,7 +12,17 @@ from tilth.arrays import Flags, Floats
 from tilth.model import Model
 from tilth.mpm.soil import Soil
 from tilth.terms.balance import Balance
-from tilth.terms.drag import Drag
+
+
+class Search(Enum):
+    """What an iteration of Newton's method looks for."""
+
+    STEP = auto()
+    """The equilibrium of the step."""
+    CREEPING = auto()
+    """Where soil that creeps against a drag is after a pseudo-step."""
+    REST = auto()
+    """The equilibrium of the step, without drag, from where the soil has crept."""
 
 
 class Observer:
@@ -33,20 +44,22 @@ class Observer:
         """
         return nullcontext()
 
-    def prepared(self, soil: Soil, balance: Balance, constrained: Flags, drag: Drag | None) -> None:
+    def prepared(self, soil: Soil, balance: Balance, constrained: Flags) -> None:
         """Is shown the terms of the attempt; what is shown may not be changed.
 
         Args:
             soil: on the grid of the step.
             balance: of the step, whose forces may be kept.
             constrained: prescribed degrees of freedom, shape (nodes, dim).
-            drag: against which soil may creep, one of the terms; None without.
         """
 
-    def solving(self, newton: Newton, guess: Floats | None) -> AbstractContextManager[None]:
+    def solving(
+        self, newton: Newton, guess: Floats | None, search: Search
+    ) -> AbstractContextManager[None]:
         """Surrounds one iteration of Newton's method; an error that leaves it is its failure.
 
         newton: its settings. guess: nodal displacement to begin with, (nodes, dim), or None for 0.
+        search: what it looks for.
         """
         return nullcontext()
 

@@ -156,8 +156,8 @@ def run(
     Raises:
         BadInput: the model cannot be computed, `until` is not a time of its schedule, `out` is not
             empty or in use by another run, the run needs too much memory, or the one in `out`
-            cannot go on with this model. Nothing is changed then. Or the run, which is complete
-            then, had no step `explain`.
+            cannot go on with this model. Nothing is changed then. Or the run, whose
+            results are on disk then, ended or stopped at `until` without the step `explain`.
         AnalysisFailed: no equilibrium with the least step, not enough memory, or a file that cannot
             be written (a full disk); results so far are on disk. Or the report, after a complete
             analysis.
@@ -270,7 +270,7 @@ def resume(
     Raises:
         BadInput: there is nothing to resume in `out` or its files are damaged, another run uses
             it, `until` is not a time that is to come, or the run needs too much memory. Nothing is
-            changed then. And as in `run`, if there is no step `explain`.
+            changed then. And as in `run`, without the step `explain`.
         AnalysisFailed, KeyboardInterrupt: as in `run`.
     """
     return exhausted(resume_steps(out, threads, until, memory_limit, quiet, explain))
@@ -390,9 +390,10 @@ def _march(
             _report(recorder)
         raise
     _report(recorder)
-    if explanation is not None:
-        explanation.require_reached(recorder.folder)
     simulation = analysis.simulation
+    if explanation is not None:
+        clock, stage = analysis.clock, simulation.model.stage.name
+        explanation.require_reached(recorder.folder, clock.step, stage, clock.done, analysis.done)
     return Result(
         finished=analysis.done,
         folder=recorder.folder,

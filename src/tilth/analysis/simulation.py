@@ -419,7 +419,7 @@ class Simulation:
             terms.insert(-1, drag)
         with self.timers.measure("basis"):  # for this includes the matrix's pattern
             balance = Balance(step.active, terms)
-        self.observer.prepared(soil, balance, step.conditions.constrained, drag)
+        self.observer.prepared(soil, balance, step.conditions.constrained)
         equilibrium = solve(self, step, soil, balance, on_iteration, drag=drag)
         displacement = equilibrium.displacement
         moved = soil.interpolate(displacement)

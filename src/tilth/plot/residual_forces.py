@@ -64,7 +64,7 @@ def residual_figure(
     Args:
         residuals: the forces, and where the soil is.
         title: of the figure.
-        mark: what the largest one is, for the legend.
+        mark: what the largest one is, for the legend; empty to mark none.
         length_unit, force_unit: labels.
     """
     from matplotlib.colors import LogNorm
@@ -85,6 +85,8 @@ def residual_figure(
         _draw_soil(axes, residuals, (across, up))
         if scale is not None:
             drawn = _draw_forces(axes, residuals, size, (across, up), scale, high - low)
+            if mark:
+                _mark_largest(axes, residuals.nodes[int(size.argmax())][[across, up]])
         axes.set_xlim(low[across], high[across])
         axes.set_ylim(low[up], high[up])
         axes.set_aspect("equal")
@@ -103,7 +105,7 @@ def residual_figure(
     handles: list[Any] = [Patch(color=SOIL, label="soil")]
     if residuals.yielding.any():
         handles.append(Patch(color=YIELDING, label="soil that yields in the step"))
-    if is_known:
+    if is_known and mark:
         ring: dict[str, Any] = {"marker": "o", "markersize": 10, "markeredgewidth": 1.6}
         handles.append(Line2D([], [], ls="", mfc="none", mec=MARK, label=mark, **ring))
     legend = figure.legend(
@@ -174,7 +176,9 @@ def _draw_forces(
         *residuals.nodes[strong][:, chosen].T, *arrow.T, angles="xy", scale_units="xy", scale=1.0,
         color=FORCE, width=0.004, zorder=4,
     )  # fmt: skip
-    most = residuals.nodes[seen[-1]][chosen]
-    ring = {"facecolors": "none", "edgecolors": MARK, "linewidths": 1.6, "zorder": 5}
-    axes.scatter(*most[:, None], s=150, **ring)
     return drawn
+
+
+def _mark_largest(axes: Any, place: Floats) -> None:
+    ring = {"facecolors": "none", "edgecolors": MARK, "linewidths": 1.6, "zorder": 5}
+    axes.scatter(*place[:, None], s=150, **ring)
