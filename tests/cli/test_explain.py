@@ -30,7 +30,7 @@ def test_a_step_that_fails_is_told_on_the_screen_and_written(
     assert head[:4] == ["residual", "yield", "begin", "cease"]
     for label in ("soil", "loads on points", "held nodes", "out of balance"):
         assert any(line.strip().startswith(label) for line in lines)
-    assert "written to explain_1.json, explain_1.csv, explain_1.png" in lines
+    assert f"written to {folder}: explain_1.json, explain_1.csv, explain_1.png" in lines
     assert {path.name for path in folder.glob("explain_*")} == {
         f"explain_1.{ending}" for ending in ("json", "csv", "png")
     }

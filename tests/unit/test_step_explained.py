@@ -20,23 +20,15 @@ from tilth import AnalysisFailed, BadInput, Model, resume, run
 from tilth.analysis.asked_step import AskedStep
 from tilth.analysis.explain import Explanation
 from tilth.analysis.explain_files import write_explanation
-from tilth.analysis.explain_tables import screen_text, spreadsheet
 from tilth.analysis.explained import (
     HELD,
-    SMALL,
-    Attempt,
     ExplainedStep,
-    Iteration,
-    Largest,
-    Solve,
-    TermForces,
 )
-from tilth.analysis.observer import Search
+from tilth.analysis.from_stage import stored_stage
 from tilth.analysis.residual import State
 from tilth.analysis.simulation import Simulation
 from tilth.boundaries.contact.forces import AssembledContact
 from tilth.comm import SERIAL
-from tilth.plot.residual_forces import Residuals
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -178,103 +170,6 @@ def test_the_same_in_space_and_its_picture_has_two_views(tmp_path: Path) -> None
     assert (tmp_path / "explain_1.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_what_is_shown_is_from_where_newtons_method_went_astray() -> None:
-    """Of a solution that failed the closest iteration after the first, else the last one."""
-    place = np.zeros((1, 2))
-    none = Largest(place[0], place[0], 0, place[0], "block", "soil", "")
-    for failure, told in (("none", 2), (None, 4)):
-        solve = Solve("Newton's method", failure=failure)
-        assert solve.telling is None
-        for number, relative in enumerate((0.01, 0.3, 0.02, 0.9, 0.8)):
-            iteration = Iteration(number, relative, 1.0, False, [], {}, none, [], 0, None, None)
-            solve.add(iteration, Residuals(place, place, place[:, 0] > 0, place, place + number))
-        assert solve.telling is not None
-        iteration, residuals = solve.telling
-        assert iteration.number == residuals.force[0, 0] == told
-    plain, creeping = Solve("a", failure="x"), Solve("b", Search.CREEPING, failure="y")
-    for each in (plain, creeping):
-        each.add(iteration, residuals)
-    failed = Attempt(0.0, 1.0, [plain, creeping], failure="z")
-    accepted = Attempt(0.0, 0.5, [plain, creeping])
-    assert (failed.telling, accepted.telling) == (plain, creeping)
-    assert ExplainedStep(1, "", "", "", [failed, accepted]).shown == (1, plain)
-    assert ExplainedStep(1, "", "", "", [accepted]).shown == (1, creeping)
-    assert ExplainedStep(1, "", "", "", [Attempt(0.0, 1.0)]).shown is None
-
-
-def iterated(solve: Solve, *iterations: tuple[int, float], force: float = 1.0) -> Solve:
-    """Adds iterations of these numbers and residuals, in which a term has a force."""
-    place = np.array([[4.0, 2.5]])
-    for number, relative in iterations:
-        out = np.array([relative * force, 0.0])
-        terms = [TermForces("soil", force, out, 1.0, out)]
-        largest = Largest(place[0], out, 528, place[0], "block", "soil", "soil")
-        own = Iteration(number, relative, relative, False, terms, {}, largest, [], 0, None, None)
-        out_of_balance = Residuals(place, place, place[:, 0] < 0, place, out[None, :])
-        solve.add(own, out_of_balance)
-    return solve
-
-
-def test_an_equilibrium_that_is_left_again_is_not_told() -> None:
-    """Contact is revised at an equilibrium; the iteration that goes on from there fails."""
-    solve = Solve("Newton's method", failure="no equilibrium")
-    iterated(solve, (0, 0.01), (1, 1e-9), (1, 0.3), (2, 0.1), (3, 0.2))
-    assert solve.telling is not None
-    assert solve.telling[0].relative == 0.1
-
-
-def test_a_refused_equilibrium_is_told_and_not_what_failed_before_it() -> None:
-    failed = iterated(Solve("plain", failure="x"), (0, 0.1), (1, 0.2))
-    search = iterated(Solve("with a line search"), (0, 0.1), (1, 1e-9))
-    crept = iterated(Solve("creeps", Search.CREEPING), (0, 0.1), (1, 1e-9))
-    assert Attempt(0.0, 1.0, [failed, search], "it passes through").telling is search
-    assert Attempt(0.0, 1.0, [failed, crept], "no equilibrium").telling is failed
-    assert Attempt(0.0, 1.0, [failed, Solve("begun")], "interrupted").telling is failed
-
-
-def test_pseudo_steps_are_one_line_and_searches_for_rest_have_their_own() -> None:
-    failed = iterated(Solve("plain", failure="x"), (0, 0.1), (1, 0.2))
-    pseudo = [Solve("creeps", Search.CREEPING) for _ in range(2)]
-    iterated(pseudo[0], (0, 0.1), (1, 1e-9), (1, 0.2), (2, 1e-9))
-    iterated(pseudo[1], (0, 0.1), (1, 1e-9))
-    rest = iterated(Solve("from where the soil has crept", Search.REST), (0, 0.1), (1, 1e-9))
-    attempt = Attempt(0.0, 1.0, [failed, *pseudo, rest], "refused")
-    lines = screen_text(ExplainedStep(1, "", "", "", [attempt])).splitlines()
-    assert attempt.telling is failed
-    assert "  creeps: 2 pseudo-steps, 3 iterations" in lines
-    assert any(line.startswith("  from where the soil has crept: 1 iterations") for line in lines)
-
-
-def test_an_attempt_that_the_user_stops_has_not_failed() -> None:
-    explanation = Explanation(AskedStep(1))
-    model = Model.from_dict(cut_entries())
-    with pytest.raises(KeyboardInterrupt), explanation.attempt(model, 1, 0.0, 0.5):
-        raise KeyboardInterrupt("SIGTERM")
-    assert explanation.step is not None
-    assert "attempt 1, from time 0 to 0.5, interrupted" in screen_text(explanation.step)
-    assert "failed" not in screen_text(explanation.step)
-    assert not explanation.complete
-
-
-@pytest.mark.parametrize("ratio", [0.0, 0.9, 1.1])
-def test_no_place_and_no_share_is_told_at_an_equilibrium(ratio: float) -> None:
-    solve = iterated(Solve("Newton's method"), (0, ratio * SMALL))
-    step = ExplainedStep(4, "dig", "m", "N", [Attempt(0.0, 1.0, [solve])])
-    told: Any = step.to_dict()["attempts"][0]["solves"][0]["iterations"][0]
-    (row,) = csv.DictReader(spreadsheet(step).splitlines())
-    shown = screen_text(step)
-    assert shown.startswith("explanation of step 4, in the stage 'dig'")
-    is_told = ratio > 1.0
-    assert ("(4, 2.5)" in shown) == ("528" in shown) == is_told
-    assert ("share" in shown) == ("x at node" in shown) == is_told
-    assert (told["largest"] is not None) == is_told
-    assert (told["terms"][0]["share"] is not None) == is_told
-    assert (told["terms"][0]["at_largest"] is not None) == is_told
-    for key in ("largest_at_x [m]", "point", "body", "share", "force_at_largest_y [N]"):
-        assert (row[key] != "") == is_told
-    assert row["norm [N]"] == "1.0"
-
-
 @pytest.fixture(scope="module")
 def model() -> Model:
     return Model.from_dict(cut_entries())
@@ -351,12 +246,21 @@ def test_a_step_of_a_stage_is_counted_from_its_start(tmp_path: Path) -> None:
     assert (told["step"], told["stage"]) == (4, "dig")
     assert [path.name for path in (tmp_path / "whole").glob("explain_*.json")] == ["explain_4.json"]
     run(model, tmp_path / "parts", quiet=True, until=1.0 + 1e-3)
-    for given in (3, "dig:1", "weight:9", "weight:1"):
+    for given in (3, "dig:1", "weight:1"):
         with pytest.raises(BadInput, match="comes before the state"):
             resume(tmp_path / "parts", quiet=True, explain=given)
+    with pytest.raises(BadInput, match="is of a stage that is over"):
+        resume(tmp_path / "parts", quiet=True, explain="weight:9")
     resume(tmp_path / "parts", quiet=True, explain="dig:2", until=3.0)
     assert read(tmp_path / "parts", 4) == told
     assert_same_results(tmp_path / "whole", tmp_path / "parts")
+    start = tmp_path / "whole", "dig"
+    with pytest.raises(BadInput, match=r"is of a stage that is over .* that after step 4"):
+        run(model, tmp_path / "from", quiet=True, explain="dig:9", from_stage=start)
+    assert not (tmp_path / "from").exists()
+    longer = staged_entries()
+    longer["stages"][1]["schedule"] |= {"steps": 4, "end": 3.0}
+    AskedStep(9, "dig").require_after(stored_stage(model, *start), Model.from_dict(longer))
 
 
 @pytest.mark.parametrize("given", ["", "five", "0", "-1", "2.5", ":3", "dig:", "1e3", True, "٣"])
@@ -389,28 +293,6 @@ def test_a_step_that_the_run_does_not_have_is_an_error_after_it(tmp_path: Path) 
     assert not list(tmp_path.glob("explain_*"))
     with pytest.raises(BadInput, match="ended with step 1 and had no such step"):
         resume(tmp_path, quiet=True, explain=99)
-
-
-@pytest.mark.parametrize(
-    ("asked", "stage", "done", "expected"),
-    [
-        ("9", "dig", False, "stopped after step 4, before this step"),
-        ("dig:9", "dig", False, "stopped after step 4, before this step"),
-        ("dig:9", "dig", True, "beyond this stage, after step 4"),
-        ("weight:9", "dig", False, "beyond this stage, after step 4"),
-        ("wall away:1", "dig", True, "stopped after step 4, before this step"),
-    ],
-)
-def test_a_run_that_stopped_as_asked_says_how_to_go_on(
-    asked: str, stage: str, done: bool, expected: str
-) -> None:
-    name, _, number = asked.rpartition(":")
-    explanation = Explanation(AskedStep(int(number), name), {"weight": 0, "dig": 2})
-    with pytest.raises(BadInput, match=expected) as error:
-        explanation.require_reached(Path("out"), 4, stage, done, False)
-    given = f"'{asked}'" if " " in asked else asked
-    is_to_come = "stopped" in expected
-    assert (f"tilth resume out --explain {given}" in error.value.remedy) == is_to_come
 
 
 def test_several_processes_are_refused() -> None:
@@ -457,3 +339,20 @@ def test_a_disk_that_is_full_does_not_hide_why_the_run_ends(
     with pytest.raises(AnalysisFailed, match=f"step {CUT} "):
         run(Model.from_dict(entries), tmp_path, explain=CUT)
     assert "could not be completed: no room for it" in capfd.readouterr().err
+
+
+def test_a_picture_that_cannot_be_drawn_does_not_end_a_run(
+    model: Model,
+    plain: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    def unable(*_: Any) -> None:
+        raise ValueError("no font")
+
+    monkeypatch.setattr("tilth.analysis.explain_files.residual_figure", unable)
+    run(model, tmp_path / "run", explain=CUT)
+    assert_same_results(plain, tmp_path / "run")
+    assert "could not be completed: no font" in capfd.readouterr().err
+    assert (tmp_path / "run" / f"explain_{CUT}.json").exists()

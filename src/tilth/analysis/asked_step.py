@@ -68,19 +68,24 @@ class AskedStep:
             raise BadInput(what, remedy, key="explain", value=given)
         return cls(int(whole), stage)
 
-    def require_after(self, stored: StoredRun) -> None:
+    def require_after(self, stored: StoredRun, model: Model) -> None:
         """Checks that the step comes after the point from which a run goes on.
+
+        model: with which it goes on; its present stage may end later than that of the stored run.
 
         Raises:
             BadInput: it does not.
         """
-        reached, before = stored.progress.clock.step, steps_before(stored)
-        present = stored.model.of_stages[stored.progress.stage].stage.name
-        is_over = self.stage in before and self.stage != present
+        clock, before = stored.progress.clock, steps_before(stored)
+        present, reached = model.of_stages[stored.progress.stage], clock.step
+        ends = not clock.relaxing and present.schedule.snapped(clock.time) >= present.schedule.end
+        is_over = self.stage in before and (ends or self.stage != present.stage.name)
         number = before.get(self.stage, reached) + self.number if self.stage else self.number
         if number <= reached or is_over:
+            where = f"the state from which the run goes on, that after step {reached}"
+            is_early = number <= reached
             raise BadInput(
-                f"comes before the state from which the run goes on, that after step {reached}",
+                f"comes before {where}" if is_early else f"is of a stage that is over in {where}",
                 f"name a later step, or begin a new run: tilth run CASE.toml --explain {self} "
                 "--out ANOTHER_DIR",
                 key="explain",

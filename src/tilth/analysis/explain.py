@@ -19,22 +19,22 @@ from tilth.analysis.asked_step import AskedStep
 from tilth.analysis.explained import (
     HELD,
     INTERRUPTED,
-    Attempt,
     ExplainedStep,
     Iteration,
     Largest,
     Solve,
     SurfaceCounts,
     TermForces,
+    TriedStep,
 )
 from tilth.analysis.motions import force_unit
 from tilth.analysis.observer import Observer, Search
-from tilth.analysis.residual import Newton, State
+from tilth.analysis.residual import Newton, State, nearest_point
 from tilth.arrays import Flags, Floats
 from tilth.errors import BadInput, TilthError
 from tilth.model import Model
 from tilth.mpm.soil import Soil
-from tilth.plot.residual_forces import Residuals
+from tilth.plot.residual_forces import OutOfBalance
 from tilth.terms.balance import Balance
 from tilth.terms.protocol import AssembledTerm, Changes, Role
 
@@ -46,6 +46,8 @@ class _Watched:
     soil: Soil
     balance: Balance
     constrained: Flags
+    position: Floats
+    half_length: Floats
     forces: list[Floats] | None = None
     yielding: Flags | None = None
     contact: list[tuple[Flags, Flags]] | None = None
@@ -71,7 +73,7 @@ class Explanation(Observer):
         self.complete = False
         self.last = 0
         self._before = {} if before is None else dict(before)
-        self._attempt: Attempt | None = None
+        self._attempt: TriedStep | None = None
         self._watched: _Watched | None = None
 
     def require_reached(
@@ -111,24 +113,24 @@ class Explanation(Observer):
             value=f"{self.asked}",
         )
 
-    def _is_asked(self, model: Model, number: int) -> bool:
-        self.last = number
-        before = self._before.setdefault(model.stage.name, number - 1)
+    def _is_asked(self, stage: str, number: int) -> bool:
         if not self.asked.stage:
             return number == self.asked.number
-        return (model.stage.name, number - before) == (self.asked.stage, self.asked.number)
+        return (stage, number - self._before[stage]) == (self.asked.stage, self.asked.number)
 
     @contextmanager
     def attempt(self, model: Model, number: int, before: float, after: float) -> Iterator[None]:
         """As `Observer.attempt`."""
-        if not self._is_asked(model, number):
+        self.last = number
+        self._before.setdefault(model.stage.name, number - 1)
+        if not self._is_asked(model.stage.name, number):
             yield
             return
         if self.step is None:
             units = model.units.length, force_unit(model)
             self.step = ExplainedStep(number, model.stage.name, *units)
         start = model.stage.start
-        self._attempt = Attempt(start + before, start + after)
+        self._attempt = TriedStep(start + before, start + after)
         self.step.attempts.append(self._attempt)
         try:
             yield
@@ -137,13 +139,15 @@ class Explanation(Observer):
             self._attempt.failure = _reason(error)
             raise
         finally:
+            self._attempt.drop_all_but_telling()
             self._attempt = self._watched = None
 
     def prepared(self, soil: Soil, balance: Balance, constrained: Flags) -> None:
         """As `Observer.prepared`."""
         if self._attempt is not None:
             balance.keep_forces()
-            self._watched = _Watched(soil, balance, constrained)
+            place, half = soil.points.position.copy(), soil.points.half_length.copy()
+            self._watched = _Watched(soil, balance, constrained, place, half)
 
     @contextmanager
     def solving(self, newton: Newton, guess: Floats | None, search: Search) -> Iterator[None]:
@@ -166,7 +170,7 @@ class Explanation(Observer):
         if self._attempt is None or self._watched is None:
             return
         watched, solve = self._watched, self._attempt.solves[-1]
-        points, active = watched.soil.points, watched.balance.active
+        active = watched.balance.active
         free = np.where(watched.constrained, 0.0, -state.forces.residual)
         kept = watched.balance.kept
         assert kept is not None
@@ -184,7 +188,7 @@ class Explanation(Observer):
             float(np.linalg.norm(free)),
             moving,
             [
-                _of_term(label, force, free, watched.constrained, node)
+                _of_term(label, force, free, node)
                 for label, force in zip(labels, forces, strict=True)
             ],
             _of_bodies(watched.balance, state),
@@ -194,8 +198,8 @@ class Explanation(Observer):
             None if was is None else int((yielding & ~was).sum()),
             None if was is None else int((was & ~yielding).sum()),
         )
-        place, half = points.position.copy(), points.half_length.copy()
-        solve.add(iteration, Residuals(place, half, yielding, active.position, free))
+        place, half = watched.position, watched.half_length
+        solve.add(iteration, OutOfBalance(place, half, yielding, active.position, free))
         watched.forces, watched.yielding, watched.contact = forces, yielding, contact
 
     @staticmethod
@@ -222,7 +226,7 @@ class Explanation(Observer):
                 touched & ~touches,
                 touches & ~touched,
                 both & slides & ~slid,
-                (both & slid & ~slides),
+                both & slid & ~slides,
             )
             counts.append(SurfaceCounts(surface.name, *numbers, *(int(c.sum()) for c in changes)))
         return now, counts
@@ -252,9 +256,9 @@ def _method(newton: Newton, guessed: bool, search: Search) -> str:
     return ", ".join(part for part in parts if part)
 
 
-def _of_term(label: str, force: Floats, free: Floats, held: Flags, node: int) -> TermForces:
+def _of_term(label: str, force: Floats, free: Floats, node: int) -> TermForces:
     square = float((free * free).sum())
-    along = float((np.where(held, 0.0, force) * free).sum())
+    along = float((force * free).sum())
     share = along / square if square > 0.0 else np.nan
     norm = float(np.linalg.norm(force))
     return TermForces(label, norm, force.sum(axis=0), share, force[node].copy())
@@ -276,11 +280,7 @@ def _largest(
     """Returns what is at the node with the largest residual."""
     active, points = watched.balance.active, watched.soil.points
     place = active.position[node]
-    distance = np.linalg.norm(points.position - place, axis=1)
-    every = np.arange(len(points))
-    if active.fields > 1:
-        distance[points.fields_of(every) != active.field[node]] = np.inf
-    point = int(distance.argmin())
+    point = nearest_point(active, node)
     along = [float(force[node] @ free[node]) for force in forces]
     changed = ""
     if watched.forces is not None:

@@ -12,6 +12,7 @@ from tilth import __version__
 from tilth.analysis.explain import Explanation
 from tilth.analysis.explain_tables import screen_text, spreadsheet
 from tilth.analysis.explained import ExplainedStep
+from tilth.errors import TilthError
 from tilth.output.disk import writing
 from tilth.output.files import write_durably, written_whole
 from tilth.output.folder import explanation_files
@@ -38,9 +39,13 @@ def told(
 
     Raises:
         AnalysisFailed: a file cannot be written; where the run ends by another error, that is only
-            said.
+            said, and so is whatever else keeps the explanation from being told.
     """
     is_told = False
+
+    def incomplete(problem: Exception) -> None:
+        why = str(problem) or type(problem).__name__
+        say(f"the explanation of the step could not be completed: {why}")
 
     def tell() -> None:
         nonlocal is_told
@@ -48,7 +53,12 @@ def told(
             return
         assert explanation.step is not None
         is_told = True
-        _tell(explanation.step, folder, say)
+        try:
+            _tell(explanation.step, folder, say)
+        except TilthError:
+            raise
+        except Exception as problem:  # it is not to end a run that can go on
+            incomplete(problem)
 
     try:
         yield tell
@@ -58,7 +68,7 @@ def told(
                 try:
                     _tell(explanation.step, folder, say)
                 except Exception as problem:  # it is not to hide why the run ends
-                    say(f"the explanation of the step could not be completed: {problem}")
+                    incomplete(problem)
             elif explanation.last:
                 say(
                     f"step {explanation.asked} to explain was not among the steps taken; the last "
@@ -68,13 +78,17 @@ def told(
 
 
 def _tell(step: ExplainedStep, folder: Path, say: Callable[[str], None]) -> None:
-    write_explanation(step, folder)
-    files = ", ".join(name for name in explanation_files(step.number) if (folder / name).exists())
-    say(f"{screen_text(step)}\n\nwritten to {files}")
+    files = ", ".join(write_explanation(step, folder))
+    say(f"{screen_text(step)}\n\nwritten to {folder}: {files}")
 
 
-def write_explanation(step: ExplainedStep, folder: Path) -> None:
+def write_explanation(step: ExplainedStep, folder: Path) -> list[str]:
     """Writes all numbers, a table and a picture of a step into the folder of a run.
+
+    Without an iteration there is no picture; an earlier one of this step is removed.
+
+    Returns:
+        The names of the files that are written.
 
     Raises:
         AnalysisFailed: one cannot be written.
@@ -86,7 +100,9 @@ def write_explanation(step: ExplainedStep, folder: Path) -> None:
         with writing(folder / name):
             write_durably(folder / name, text.encode())
     if step.shown is None:
-        return
+        with writing(folder / names.picture):
+            (folder / names.picture).unlink(missing_ok=True)
+        return [names.whole, names.table]
     number, solve = step.shown
     assert solve.telling is not None
     iteration, residuals = solve.telling
@@ -100,3 +116,4 @@ def write_explanation(step: ExplainedStep, folder: Path) -> None:
     figure = residual_figure(residuals, title, mark, step.length_unit, step.force_unit)
     with writing(folder / names.picture), written_whole(folder / names.picture) as new:
         save(figure, new, dpi=RESOLUTION)
+    return list(names)

@@ -14,7 +14,7 @@ from typing import Any
 
 from tilth.analysis.observer import Search
 from tilth.arrays import Floats
-from tilth.plot.residual_forces import Residuals
+from tilth.plot.residual_forces import OutOfBalance
 
 HELD = "held nodes"
 """Label of the reaction of what holds nodes on grid lines; with it all forces sum to what is out of
@@ -79,7 +79,7 @@ class SurfaceCounts:
 
     Attributes:
         surface: name of the boundary, rigid body or contact pair.
-        open, sticking, sliding: numbers of points.
+        open, sticking, sliding: numbers of its points: the integration points of the surface.
         opened, closed, slid, stuck: how many opened, closed, began to slide and began to stick, of
             those in contact before and after; None in the first iteration.
     """
@@ -145,8 +145,8 @@ class Solve:
     search: Search = Search.STEP
     iterations: list[Iteration] = field(default_factory=list)
     failure: str | None = None
-    _last: Residuals | None = None
-    _closest: tuple[int, Residuals] | None = None
+    _last: OutOfBalance | None = None
+    _closest: tuple[int, OutOfBalance] | None = None
     _begun: int = 0
 
     @property
@@ -154,7 +154,7 @@ class Solve:
         """Whether it belongs to the creep of the soil to its equilibrium."""
         return self.search is not Search.STEP
 
-    def add(self, iteration: Iteration, residuals: Residuals) -> None:
+    def add(self, iteration: Iteration, residuals: OutOfBalance) -> None:
         """Takes note of an iteration and of where its residual is."""
         if self.iterations and iteration.number == self.iterations[-1].number:
             self._begun = len(self.iterations)  # at an equilibrium with what was fixed before
@@ -174,7 +174,7 @@ class Solve:
         return self._closest[0]
 
     @property
-    def telling(self) -> tuple[Iteration, Residuals] | None:
+    def telling(self) -> tuple[Iteration, OutOfBalance] | None:
         """The iteration to look at, and where its residual is; None before the first.
 
         The last one if the equilibrium was found. Else the one that came closest to it after the
@@ -188,9 +188,13 @@ class Solve:
         index, residuals = self._closest
         return self.iterations[index], residuals
 
+    def drop_residuals(self) -> None:
+        """Forgets where the residual is, so that nothing is `telling`."""
+        self._last = self._closest = None
+
 
 @dataclass
-class Attempt:
+class TriedStep:
     """An attempt at the step.
 
     Attributes:
@@ -228,6 +232,13 @@ class Attempt:
             return last
         return (of_newton or failed)[-1]
 
+    def drop_all_but_telling(self) -> None:
+        """Forgets where the residual of all other iterations of Newton's method is."""
+        telling = self.telling
+        for each in self.solves:
+            if each is not telling:
+                each.drop_residuals()
+
 
 @dataclass
 class ExplainedStep:
@@ -244,7 +255,7 @@ class ExplainedStep:
     stage: str
     length_unit: str
     force_unit: str
-    attempts: list[Attempt] = field(default_factory=list)
+    attempts: list[TriedStep] = field(default_factory=list)
 
     @property
     def name(self) -> str:

@@ -150,12 +150,17 @@ class Residual:
         size = np.linalg.norm(residual, axis=1)
         node, own = int(size.argmax()), float(size.max())
         owned = np.arange(active.nodes)[active.owned]
-        point = _nearest_point(active, int(owned[node])) if own == comm.max(own) else -1
+        point = -1
+        if own == comm.max(own):
+            point = int(active.points.point_id[nearest_point(active, int(owned[node]))])
         return int(comm.max(float(point)))
 
 
-def _nearest_point(active: ActiveGrid, node: int) -> int:
-    """Returns the permanent number of the material point nearest to a node."""
+def nearest_point(active: ActiveGrid, node: int) -> int:
+    """Returns the index of the material point nearest to a node, of its displacement field."""
     points = active.points
     distance = np.linalg.norm(points.position - active.position[node], axis=1)
-    return int(points.point_id[int(distance.argmin())])
+    if active.fields > 1:
+        field = points.fields_of(np.arange(len(points)))
+        distance[field != active.field[node]] = np.inf
+    return int(distance.argmin())

@@ -211,7 +211,7 @@ def run_steps(
             require_memory(memory_of(model, simulation.points, active), memory_limit)
             stored = None if from_stage is None else stored_stage(model, *from_stage)
             if asked is not None and stored is not None:
-                asked.require_after(stored)
+                asked.require_after(stored, model)
         initial = analysis.initial
         analysis.distribute(comm)
         warning = change = ""
@@ -221,9 +221,9 @@ def run_steps(
                 warning = stack.enter_context(FolderLock(folder)).warning
             if continues:
                 earlier = StoredRun.read(folder)
-                if asked is not None:
-                    asked.require_after(earlier)
                 change = require_continuable(earlier, model, until)
+                if asked is not None:
+                    asked.require_after(earlier, model)
                 if comm.rank == 0:
                     go_on_with(earlier, model, setup)
             elif comm.rank == 0:
@@ -317,7 +317,7 @@ def _resumed(
         stored = StoredRun.read(folder)
         if explain is not None:
             asked = AskedStep.of(explain, stored.model, comm)
-            asked.require_after(stored)
+            asked.require_after(stored, stored.model)
             explanation = Explanation(asked, steps_before(stored))
         require_time(stored.model, until)
         analysis = stored.analysis(until)

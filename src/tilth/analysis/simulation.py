@@ -16,7 +16,7 @@ from tilth.analysis.checks import check_first_step
 from tilth.analysis.dynamics import Dynamics
 from tilth.analysis.grid_motion import GridMotion
 from tilth.analysis.kept_contact import KeptContact, KeptForce
-from tilth.analysis.observer import Observer
+from tilth.analysis.observer import UNOBSERVED, Observer
 from tilth.analysis.predictor import Predictor, load_curves
 from tilth.analysis.relaxation import Relaxation
 from tilth.analysis.residual import newton_attempts
@@ -128,7 +128,7 @@ class Simulation:
         self.model = model
         self.timers = Timers()
         self.run_warnings = RunWarnings()
-        self.observer = Observer()
+        self.observer: Observer = UNOBSERVED
         self.kind = model.analysis.kind
         self.declared_dynamics = Dynamics.of(model)
         self.relaxation = Relaxation.of(model)

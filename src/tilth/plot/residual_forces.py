@@ -35,7 +35,7 @@ FRONT, ABOVE = (0, 2), (0, 1)
 
 
 @dataclass(frozen=True)
-class Residuals:
+class OutOfBalance:
     """Where the residual of an iteration is.
 
     Attributes:
@@ -54,7 +54,7 @@ class Residuals:
 
 
 def residual_figure(
-    residuals: Residuals, title: str, mark: str, length_unit: str, force_unit: str
+    residuals: OutOfBalance, title: str, mark: str, length_unit: str, force_unit: str
 ) -> Figure:
     """Returns the figure of the forces out of balance, the largest one marked.
 
@@ -116,7 +116,7 @@ def residual_figure(
     return figure
 
 
-def _limits(residuals: Residuals) -> tuple[Floats, Floats]:
+def _limits(residuals: OutOfBalance) -> tuple[Floats, Floats]:
     """Returns the corners around soil and nodes with a force, with some room, shape (dim,)."""
     size = np.linalg.norm(residuals.force, axis=1)
     near = residuals.nodes[size > SHOWN * size.max(initial=0.0)]
@@ -136,7 +136,7 @@ def _size(extent: Floats, views: list[tuple[int, int]]) -> tuple[float, float]:
     return max(scale * wide + 1.8, 5.5), max(scale * tall + 0.9, 3.0) + 0.4 * len(views)
 
 
-def _draw_soil(axes: Any, residuals: Residuals, plane: tuple[int, int]) -> None:
+def _draw_soil(axes: Any, residuals: OutOfBalance, plane: tuple[int, int]) -> None:
     """Draws the domains of the points, in projection one for all that lie behind each other."""
     from matplotlib.collections import PolyCollection
 
@@ -158,7 +158,7 @@ def _draw_soil(axes: Any, residuals: Residuals, plane: tuple[int, int]) -> None:
 
 def _draw_forces(
     axes: Any,
-    residuals: Residuals,
+    residuals: OutOfBalance,
     size: Floats,
     plane: tuple[int, int],
     scale: Any,
