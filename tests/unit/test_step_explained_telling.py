@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import csv
+import json
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -11,8 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 from resumed_runs import entries_of
+from sand_footings import small_footing
 
-from tilth import BadInput, Model
+from tilth import BadInput, Model, run
 from tilth.analysis.asked_step import AskedStep
 from tilth.analysis.explain import Explanation
 from tilth.analysis.explain_files import write_explanation
@@ -181,3 +183,19 @@ def test_the_nearest_point_is_of_the_nodes_displacement_field() -> None:
     for fields, nearest in ((1, [0, 0]), (2, [0, 1])):
         active: Any = SimpleNamespace(fields=fields, **nodes)
         assert [nearest_point(active, node) for node in (0, 1)] == nearest
+
+
+@pytest.mark.slow
+def test_soil_that_creeps_to_rest_is_told_from_where_it_has_crept(tmp_path: Path) -> None:
+    """A footing in sand: the equilibrium that ends the creep is the telling one."""
+    run(small_footing(10), tmp_path, quiet=True, until=0.4, explain=4)
+    told = json.loads((tmp_path / "explain_4.json").read_text())
+    solves = told["attempts"][-1]["solves"]
+    methods = [each["method"] for each in solves]
+    assert methods[-1].startswith("Newton's method, from where the soil has crept")
+    crept = [each.startswith("soil creeps against a drag") for each in methods]
+    assert any(crept)
+    assert not any(crept[:2])
+    last = solves[-1]["iterations"][-1]
+    assert (solves[-1]["failure"], last["largest"]) == (None, None)
+    assert {each["share"] for each in last["terms"]} == {None}
