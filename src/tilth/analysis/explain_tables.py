@@ -82,10 +82,9 @@ def _of_solve(solve: Solve, step: ExplainedStep) -> list[str]:
 
 
 def _iterations(iterations: Sequence[Iteration], unit: str) -> Rows:
-    where = f"largest at [{unit}]" if unit else "largest at"
-    head = ["", "residual", "yield", "begin", "cease", where, "point", "body", "most from",
-            "changed most"]  # fmt: skip
-    rows = [head]
+    where = with_unit("largest at", unit)
+    rows = [["", "residual", "yield", "begin", "cease", where, "point", "body", "most from",
+             "changed most"]]  # fmt: skip
     for each in iterations:
         largest = each.largest
         place = [

@@ -158,20 +158,13 @@ class Solve:
         """Takes note of an iteration and of where its residual is."""
         if self.iterations and iteration.number == self.iterations[-1].number:
             self._begun = len(self.iterations)  # at an equilibrium with what was fixed before
+        index, best = len(self.iterations), math.nan
+        if self._closest is not None and index - self._begun >= 2:
+            best = self.iterations[self._closest[0]].relative
         self.iterations.append(iteration)
-        self._last, index = residuals, len(self.iterations) - 1
-        best = (
-            math.nan
-            if index - self._begun < 2
-            else self.iterations[self._index_of_closest].relative
-        )
+        self._last = residuals
         if math.isnan(best) or iteration.relative < best:
             self._closest = index, residuals
-
-    @property
-    def _index_of_closest(self) -> int:
-        assert self._closest is not None
-        return self._closest[0]
 
     @property
     def telling(self) -> tuple[Iteration, OutOfBalance] | None:
