@@ -137,25 +137,19 @@ std::tuple<std::int64_t, std::int64_t> update_of_gradients(
   require_size(kirchhoff, 6 * points, "kirchhoff");
   require_size(tangent, 54 * points, "tangent");
   kernel::Failure failure;
-  with_kind_and_law(kind_name, material, parameters, points, width,
-                    [&](auto kind, const auto& law) {
-                      using K = decltype(kind);
-                      std::vector<double> response(points * kernel::response_size<K>);
-                      const kernel::StressArrays arrays{nullptr,
-                                                        elastic_before.data(),
-                                                        plastic_before.data(),
-                                                        state_before.data(),
-                                                        elastic.data(),
-                                                        plastic.data(),
-                                                        state.data(),
-                                                        response.data(),
-                                                        width,
-                                                        nullptr,
-                                                        nullptr,
-                                                        interval_of(interval)};
-                      failure = kernel::update_of_gradients<K>(points, law, gradient.data(), arrays,
-                                                               kirchhoff.data(), tangent.data());
-                    });
+  const material::Interval of_step = interval_of(interval);
+  with_kind_and_law(
+      kind_name, material, parameters, points, width, [&](auto kind, const auto& law) {
+        using K = decltype(kind);
+        std::vector<double> response(points * kernel::response_size<K>);
+        kernel::StressArrays arrays{
+            nullptr,        elastic_before.data(), plastic_before.data(), state_before.data(),
+            elastic.data(), plastic.data(),        state.data(),          response.data(),
+            width};
+        arrays.interval = of_step;
+        failure = kernel::update_of_gradients<K>(points, law, gradient.data(), arrays,
+                                                 kirchhoff.data(), tangent.data());
+      });
   return {failure.point, static_cast<std::int64_t>(failure.status)};
 }
 
