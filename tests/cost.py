@@ -18,7 +18,6 @@ from __future__ import annotations
 import argparse
 import fnmatch
 import json
-import os
 import resource
 import sys
 from collections import Counter
@@ -35,10 +34,8 @@ else:
     import tomli as tomllib
 
 BUDGET = Path(__file__).with_name("budget.toml")
-TOLERATED = 4.0 / 3.0
-"""Processor time of a part over its budget that fails."""
-FACTOR = "TILTH_BUDGET_FACTOR"
-"""Environment variable: all budgets times this number, for slower machines."""
+TOLERATED = 1.5
+"""Processor time of a part over its budget that fails, on a machine of the pace of the budgets."""
 WORKERS = "starting pytest, finding tests"
 _charged = 0.0
 START = pytest.StashKey[float]()
@@ -53,11 +50,13 @@ class Part:
         name: what is guarded.
         seconds: of processor time that it may take, on the machine that `budget.toml` names.
         files: patterns of test files; a file belongs to the first part with a pattern of it.
+        pace: whether its time tells how fast a machine is: it runs the programs of others.
     """
 
     name: str
     seconds: float
     files: tuple[str, ...] = ()
+    pace: bool = False
 
     def has(self, node: str) -> bool:
         """Whether a test belongs to this part, unless to one before."""
@@ -66,13 +65,9 @@ class Part:
 
 
 def parts(file: str | Path = BUDGET) -> list[Part]:
-    """The parts with their budgets, which `TILTH_BUDGET_FACTOR` multiplies."""
-    factor = float(os.environ.get(FACTOR, "1"))
+    """The parts with their budgets."""
     entries = tomllib.loads(Path(file).read_text(encoding="utf-8"))["part"]
-    return [
-        Part(each["name"], factor * each["seconds"], tuple(each.get("files", ())))
-        for each in entries
-    ]
+    return [Part(**{**each, "files": tuple(each.get("files", ()))}) for each in entries]
 
 
 def sums(costs: Mapping[str, float], budget: Iterable[Part]) -> dict[str, float]:
@@ -99,28 +94,46 @@ def spent_before(file: str | Path) -> dict[str, float]:
     return found
 
 
+def slowness(spent: Mapping[str, float], budget: Iterable[Part]) -> float:
+    """How many times as long as on the machine of the budgets a program takes here; at least 1.
+
+    By the parts whose time tells the pace of a machine; 1 if none of them ran.
+    """
+    measures = [part for part in budget if part.pace and part.name in spent]
+    planned = sum(part.seconds for part in measures)
+    return max(1.0, sum(spent[part.name] for part in measures) / planned) if planned else 1.0
+
+
 def verdicts(spent: Mapping[str, float], budget: Iterable[Part]) -> list[str]:
-    """A sentence for each part above its budget by more than a third, and for what has none."""
-    budget = {part.name: part.seconds for part in budget}
+    """A sentence for each part above its budget by more than a half, and for what has none.
+
+    On a slower machine the budgets are longer. The parts that tell its pace are not judged.
+    """
+    budget = list(budget)
+    slow = slowness(spent, budget)
+    named = {part.name: part for part in budget}
     said = []
     for name, seconds in spent.items():
-        if name not in budget:
+        if name not in named:
             said.append(f"{name}: no part of the budget has it; add a pattern of its file")
-        elif seconds > TOLERATED * budget[name]:
+        elif not named[name].pace and seconds > TOLERATED * slow * named[name].seconds:
             said.append(
-                f"{name}: {seconds:.0f} s of processor time, {budget[name]:.0f} s are planned and a"
-                " third more is tolerated; make its tests shorter, mark them `long`, or raise the"
-                " budget in tests/budget.toml and say why"
+                f"{name}: {seconds:.0f} s of processor time, {slow * named[name].seconds:.0f} s are"
+                " planned on this machine and half as much again is tolerated; make its tests"
+                " shorter, mark them `long`, or raise the budget in tests/budget.toml and say why"
             )
     return said
 
 
 def table(spent: Mapping[str, float], budget: Iterable[Part]) -> str:
     """The parts that took time, with their budgets and the sum [processor seconds]."""
+    budget = list(budget)
+    slow = slowness(spent, budget)
     rows = [(part.name, spent[part.name], part.seconds) for part in budget if part.name in spent]
     rows.append(("sum", sum(row[1] for row in rows), sum(row[2] for row in rows)))
     lines = [f"{'processor seconds':<40}{'spent':>8}{'budget':>8}"]
-    return "\n".join([*lines, *(f"{name:<40}{a:8.0f}{b:8.0f}" for name, a, b in rows)])
+    lines += [f"{name:<40}{a:8.0f}{b:8.0f}" for name, a, b in rows]
+    return "\n".join([*lines, f"this machine takes {slow:.2f} times as long as that of the budget"])
 
 
 def processor_time() -> float:

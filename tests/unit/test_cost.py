@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 PARTS = [
-    cost.Part("wheel", 30.0),
+    cost.Part("compiler", 30.0, pace=True),
     cost.Part("laws", 60.0, ("tests/unit/test_law*.py",)),
     cost.Part("others", 3.0, ("tests/unit/*",)),
 ]
@@ -36,12 +36,20 @@ def test_a_test_belongs_to_the_first_part_that_names_its_file() -> None:
     assert cost.sums(costs, PARTS) == expected
 
 
-def test_a_third_more_is_tolerated() -> None:
-    assert cost.verdicts({"laws": 79.9, "others": 3.9}, PARTS) == []
-    (sentence,) = cost.verdicts({"laws": 80.1, "others": 3.9}, PARTS)
-    assert sentence.startswith("laws: 80 s of processor time, 60 s are planned")
+def test_a_half_more_is_tolerated() -> None:
+    assert cost.verdicts({"laws": 89.9, "others": 3.9}, PARTS) == []
+    (sentence,) = cost.verdicts({"laws": 90.1, "others": 3.9}, PARTS)
+    assert sentence.startswith("laws: 90 s of processor time, 60 s are planned")
     (sentence,) = cost.verdicts({"tests/cli/test_run.py::test_d": 0.1}, PARTS)
     assert "no part of the budget has it" in sentence
+
+
+def test_a_slow_machine_fails_only_what_takes_longer_than_the_programs_of_others() -> None:
+    assert cost.verdicts({"compiler": 60.0, "laws": 179.0}, PARTS) == []
+    (sentence,) = cost.verdicts({"compiler": 60.0, "laws": 181.0}, PARTS)
+    assert sentence.startswith("laws: 181 s of processor time, 120 s are planned")
+    (sentence,) = cost.verdicts({"compiler": 15.0, "laws": 91.0}, PARTS)
+    assert sentence.startswith("laws: 91 s of processor time, 60 s are planned")
 
 
 def test_times_of_bash_are_of_all_programs_until_then(tmp_path: Path) -> None:
@@ -59,7 +67,7 @@ def test_every_test_has_a_budget_and_every_pattern_a_test() -> None:
     assert set(cost.sums(files, alone)) == set(patterns)
 
 
-@pytest.mark.parametrize(("seconds", "code"), [(0.1, 0), (1.5, 1)])
+@pytest.mark.parametrize(("seconds", "code"), [(0.1, 0), (1.7, 1)])
 def test_a_slow_test_fails_the_run_that_watches_the_budget(
     seconds: float, code: int, tmp_path: Path
 ) -> None:
@@ -74,13 +82,13 @@ def test_a_slow_test_fails_the_run_that_watches_the_budget(
     (tmp_path / "spent").write_text("wheel\t0m9.500s 0m0.000s\n", encoding="utf-8")
     command = [sys.executable, "-m", "pytest", "-p", "cost", "-p", "no:cacheprovider", "-q"]
     watch = ["--budget", str(budget), "--spent", "spent", "--rootdir", str(tmp_path)]
-    environment = os.environ | {"PYTHONPATH": str(ROOT / "tests"), cost.FACTOR: "1"}
+    environment = os.environ | {"PYTHONPATH": str(ROOT / "tests")}
     done = subprocess.run(
         [*command, *watch, str(tmp_path)], cwd=tmp_path, env=environment, check=False,
         capture_output=True, text=True,
     )  # fmt: skip
     assert done.returncode == code, done.stdout + done.stderr
     assert "wheel                                         10" in done.stdout
-    sentence = "above its budget: new tests: 2 s of processor time, 1 s are planned"
+    sentence = "above its budget: new tests: 2 s of processor time, 1 s are planned on this machine"
     assert (sentence in done.stdout) == bool(code)
     assert done.stdout.splitlines()[-1].startswith("1 passed")
