@@ -17,9 +17,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from tilth import _core
-from tilth.verification.cases import example, varied
-from tilth.verification.reference import AMPLE_COLUMN_ERROR
-from tilth.verification.self_weight_column import BASES, GIMP, PROBLEM, solve
+from tilth_verification.cases import example, varied
+from tilth_verification.reference import AMPLE_COLUMN_ERROR
+from tilth_verification.self_weight_column import BASES, GIMP, PROBLEM, solve
 
 COLOURS = dict(
     zip(

@@ -19,7 +19,7 @@ from threads import ratios
 
 from tilth import _core
 from tilth.analysis.simulation import Simulation
-from tilth.verification.cases import example
+from tilth_verification.cases import example
 
 GROWTH = [16, 25, 32]
 """Cells along an edge of the blocks whose times are compared; 64 more with --long."""

@@ -15,6 +15,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from tilth import Model
+from tilth.analysis.march import march
 from tilth.analysis.simulation import Simulation
 from tilth.boundaries import ImplicitConstraints
 from tilth.mpm.grid import Buffers, locate
@@ -22,7 +23,6 @@ from tilth.terms.balance import Balance
 from tilth.terms.ghost import ghost_faces
 from tilth.terms.linear import LinearForces
 from tilth.terms.soil_forces import SoilForces
-from tilth.verification.march import march
 
 CELLS = 4
 STRAIN = 1e-3

@@ -19,7 +19,7 @@ from measure import machine
 from tilth import Model, _core
 from tilth.analysis.simulation import Simulation
 from tilth.terms.inertia import AssembledInertia, Inertia
-from tilth.verification.cases import varied
+from tilth_verification.cases import varied
 
 PROBLEMS = {
     "2D linear": ("plane_strain", "linear", 100, "none"),

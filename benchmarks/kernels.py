@@ -17,7 +17,7 @@ from tilth.mpm.grid import ActiveGrid, Buffers, locate
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.soil import Soil
 from tilth.mpm.stencil import Stencil
-from tilth.verification.cases import varied
+from tilth_verification.cases import varied
 
 BASES = ("linear", "gimp", "cpdi1")  # the kernels see no difference between cpdi1 and cpdi2
 CALLS = 25

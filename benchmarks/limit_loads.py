@@ -18,7 +18,7 @@ from limit_analysis import Body, Problem, bounds
 from limit_mesh import mapped_mesh
 
 from tilth.arrays import Floats
-from tilth.verification.buried_pipe import bearing_factor
+from tilth_verification.buried_pipe import bearing_factor
 
 RADIUS = 0.5
 """Of the pipes, and half of the width of footing and plate."""

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import tilth
-from tilth.verification.cases import example, varied
+from tilth_verification.cases import example, varied
 
 SIZE = 5.0
 """Edge of the block [m]."""

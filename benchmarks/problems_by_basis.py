@@ -21,9 +21,9 @@ import numpy as np
 from tilth import _core
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
-from tilth.verification import pressure_cantilever, rigid_footing_elastic, strip_footing
-from tilth.verification.cases import BASES, example, varied, with_basis
-from tilth.verification.reference import rigid_footing_elastic as elastic_elements
+from tilth_verification import pressure_cantilever, rigid_footing_elastic, strip_footing
+from tilth_verification.cases import BASES, example, varied, with_basis
+from tilth_verification.reference import rigid_footing_elastic as elastic_elements
 
 MORE_POINTS = 6
 """Per cell and direction, in the second rows of the linear basis."""

@@ -14,7 +14,7 @@ from measure import machine
 from tilth.analysis.run import set_threads
 from tilth.analysis.run_time import run_time_of
 from tilth.analysis.staged import StagedAnalysis
-from tilth.verification.cases import example
+from tilth_verification.cases import example
 
 EXAMPLES = (
     "end_loaded_cantilever", "strip_footing", "slope", "cone_penetration", "excavation",

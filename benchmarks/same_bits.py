@@ -34,7 +34,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from tilth.verification.problems import PROBLEMS
+from tilth_verification.problems import PROBLEMS
 
 ROOT = Path(__file__).resolve().parent.parent
 STEPS = 2

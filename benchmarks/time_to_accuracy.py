@@ -20,11 +20,11 @@ import numpy as np
 from measure import machine
 
 from tilth import Model, _core
+from tilth.analysis.march import march
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
-from tilth.verification import buried_pipe, rigid_sphere, square_footing, strip_footing
-from tilth.verification.cases import example, varied
-from tilth.verification.march import march
+from tilth_verification import buried_pipe, rigid_sphere, square_footing, strip_footing
+from tilth_verification.cases import example, varied
 
 LIFT = 0.05
 """Of the pipe [m]: the clay flows from 0.03 m on."""

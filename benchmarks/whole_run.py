@@ -14,7 +14,7 @@ from pathlib import Path
 
 from measure import machine, median, spawn
 
-from tilth.verification.cases import folder_of_cases
+from tilth_verification.cases import folder_of_cases
 
 VARIANTS = {
     "tilth run, report included": "",

@@ -25,9 +25,9 @@ from tilth.output.vtkhdf import Results, read_results
 from tilth.report.colour_scale import ColourScale
 from tilth.report.field_plots import draw_plane
 from tilth.report.fields import field_values
-from tilth.verification.cases import varied
-from tilth.verification.reference import rigid_footing_elastic, square_footing
-from tilth.verification.rigid_footing_elastic import press
+from tilth_verification.cases import varied
+from tilth_verification.reference import rigid_footing_elastic, square_footing
+from tilth_verification.rigid_footing_elastic import press
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples"

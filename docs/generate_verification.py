@@ -14,7 +14,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from tilth.verification.problems import PROBLEMS
+from tilth_verification.problems import PROBLEMS
 
 PAGE = Path(__file__).parent / "verification.md"
 STORED = Path(__file__).parent / "verification.json"
@@ -27,7 +27,7 @@ INTRODUCTION = """\
 What `tilth verify` found: computed value, reference, error and tolerance of every comparison.
 `tilth verify NAME` computes a problem again. The values were computed by one process with one
 thread, or by as many processes as are named. An error is a share of the reference, a difference in
-the quantity's unit, or a factor, as `src/tilth/verification` defines it for each problem. Rows
+the quantity's unit, or a factor, as `src/tilth_verification` defines it for each problem. Rows
 marked **missed** are out of their tolerance, which was not widened to fit. More about them:
 [boundaries inside cells](decisions/0018-multiplier-space.md), the
 [rigid sphere](../examples/rigid_sphere/README.md#numbers). The page is written by

@@ -26,6 +26,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import imsave
 
 import tilth
+from tilth.analysis.march import march
 from tilth.curves import LocalCubicSpline
 from tilth.element_tests.plots import draw_plot
 from tilth.output.folder import SETUP
@@ -35,14 +36,13 @@ from tilth.plot.surroundings import draw_segments
 from tilth.plot.views import PlaneView, around
 from tilth.report.field_plots import draw_frames
 from tilth.report.setup_file import read_setup
-from tilth.verification.cases import varied
-from tilth.verification.cattaneo import FRICTION, normal_contact, tractions
-from tilth.verification.closed_forms.elastic_contact import Cattaneo
-from tilth.verification.contact_runs import run_contact
-from tilth.verification.march import march
-from tilth.verification.reference import pressure_cantilever
-from tilth.verification.shear_column import closed_form
-from tilth.verification.tunnel import settle
+from tilth_verification.cases import varied
+from tilth_verification.cattaneo import FRICTION, normal_contact, tractions
+from tilth_verification.closed_forms.elastic_contact import Cattaneo
+from tilth_verification.contact_runs import run_contact
+from tilth_verification.reference import pressure_cantilever
+from tilth_verification.shear_column import closed_form
+from tilth_verification.tunnel import settle
 
 EXAMPLES = Path(__file__).parent
 SURFACES = {"pressure_cantilever": ("case.toml", "fine.toml")}

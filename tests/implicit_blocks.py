@@ -9,10 +9,10 @@ import numpy as np
 from small_problems import block_entries, dimension
 
 from tilth import Model
+from tilth.analysis.march import march
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
-from tilth.verification.march import march
 
 MODULUS, DENSITY, GRAVITY = 1000.0, 2.0, 9.0
 """Young's modulus [stress], density and acceleration of the soil."""

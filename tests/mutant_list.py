@@ -129,7 +129,7 @@ def _tree(text: str) -> str | None:
 def packages(root: Path = ROOT) -> set[str]:
     """Returns the folders of source that at least one mutant must change."""
     folders = set()
-    for kind, ending in (("src/tilth", "*.py"), ("cpp/tilth", "*.hpp")):
+    for kind, ending in (("src", "*.py"), ("cpp/tilth", "*.hpp")):
         for file in (root / kind).rglob(ending):
             text = file.read_text(encoding="utf-8")
             if file.name != "__init__.py" and len(text.splitlines()) > 1:

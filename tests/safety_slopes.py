@@ -12,9 +12,9 @@ from scipy.optimize import brentq
 from spencer import SpencerSlope
 
 from tilth import Model, StrengthReduction
+from tilth.analysis.march import march
 from tilth.analysis.safety import SafetyResult, strength_reduction
 from tilth.model.davis import DavisForm
-from tilth.verification.march import march
 
 HEIGHT, BASE, BEHIND, AHEAD = 5.0, -2.0, 9.0, 6.0
 """Of the slope above its toe at the origin, of the base, of the soil behind and ahead [m]."""

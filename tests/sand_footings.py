@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 from tilth import Model
-from tilth.verification.cases import varied
-from tilth.verification.strip_footing_friction import sunk
+from tilth_verification.cases import varied
+from tilth_verification.strip_footing_friction import sunk
 
 GROUND, BASE, SIDE = 3.0, 1.4, 3.0
 """Places of the soil's sides [m]."""

@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from tilth import Model
+from tilth.analysis.march import march_stages
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.staged import StagedAnalysis
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.mpm.points import MaterialPoints
-from tilth.verification.march import march_stages
 
 UNIT_WEIGHT = 20.0
 """Of all soil here: density 2 t/m^3 times 10 m/s^2."""

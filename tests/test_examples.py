@@ -10,7 +10,7 @@ from readings import long
 
 from tilth import element, load_case, load_element_case, run
 from tilth.element_tests.check import check_tangents
-from tilth.verification.problems import PROBLEMS
+from tilth_verification.problems import PROBLEMS
 
 FOLDERS = sorted(folder for folder in EXAMPLES.iterdir() if folder.is_dir())
 STEPS = 3

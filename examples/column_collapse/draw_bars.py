@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from tilth.verification.cases import example
-from tilth.verification.column_collapse import BARS, PROBLEM
-from tilth.verification.march import initial_position, march
+from tilth.analysis.march import initial_position, march
+from tilth_verification.cases import example
+from tilth_verification.column_collapse import BARS, PROBLEM
 
 TIMES = (0.0, 0.1, 0.15, 0.2, 0.3)
 """Of the profiles before the last one [s]."""

@@ -5,9 +5,9 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from tilth.verification.cases import example
-from tilth.verification.closed_forms.limit_loads import cone_factor
-from tilth.verification.cone_penetration import (
+from tilth_verification.cases import example
+from tilth_verification.closed_forms.limit_loads import cone_factor
+from tilth_verification.cone_penetration import (
     FARTHER,
     PROBLEM,
     SOFT,

@@ -15,8 +15,8 @@ from tilth import Model
 from tilth.arrays import Floats
 from tilth.boundaries.contact.rotation import rotation_by
 from tilth.terms.outcome import ContactState
-from tilth.verification.cases import example, varied, with_basis
-from tilth.verification.contact_patch import (
+from tilth_verification.cases import example, varied, with_basis
+from tilth_verification.contact_patch import (
     PROBLEM,
     Spread,
     directions,
@@ -24,7 +24,7 @@ from tilth.verification.contact_patch import (
     stress_in_layer,
     turned,
 )
-from tilth.verification.contact_runs import run_contact
+from tilth_verification.contact_runs import run_contact
 
 SMOOTH = {"normal": "unilateral", "tangential": "smooth"}
 STICKS = {"normal": "unilateral", "tangential": "friction", "friction": 0.5}

@@ -12,12 +12,12 @@ from implicit_blocks import flat, implicit
 from small_problems import BASES, KINDS, dimension, material_entries, plane, weight
 
 from tilth import Model
+from tilth.analysis.march import march, march_stages
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.errors import StepFailed
 from tilth.mpm.grid import Buffers, Grid, locate
 from tilth.solvers import linear_solver
-from tilth.verification.march import march, march_stages
 
 TOLERANCE = 1e-12
 """Largest difference relative to the largest value."""

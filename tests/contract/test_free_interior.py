@@ -14,12 +14,12 @@ from scipy.linalg import expm
 from small_problems import affine, block_entries
 
 from tilth import Model
+from tilth.analysis.march import march
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.boundaries.affine import outer_nodes
-from tilth.verification.closed_forms import full_deformation_gradient, hencky_cauchy_stress
-from tilth.verification.homogeneous import stress_error
-from tilth.verification.march import march
+from tilth_verification.closed_forms import full_deformation_gradient, hencky_cauchy_stress
+from tilth_verification.homogeneous import stress_error
 
 CELLS = {"plane_strain": 8, "3d": 6}
 

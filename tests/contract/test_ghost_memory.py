@@ -17,6 +17,7 @@ from small_problems import (
 )
 
 from tilth import Model, _core
+from tilth.analysis.march import march
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
 from tilth.model.laws import laws
@@ -24,7 +25,6 @@ from tilth.mpm.keys import find_keys
 from tilth.terms.balance import Balance
 from tilth.terms.ghost import Ghost
 from tilth.terms.linear import LinearForces
-from tilth.verification.march import march
 
 every_kind = pytest.mark.parametrize("kind", KINDS)
 every_spacing = pytest.mark.parametrize("spacing", SPACINGS)

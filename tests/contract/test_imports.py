@@ -7,13 +7,15 @@ import ast
 from collections.abc import Iterator
 from pathlib import Path
 
-ROOT = Path(__file__).parents[2] / "src" / "tilth"
+SOURCES = Path(__file__).parents[2] / "src"
+ROOT = SOURCES / "tilth"
+VERIFICATION = SOURCES / "tilth_verification"
 
 ROOMS = [
     "__main__",
     "cli",
     "commands",
-    "verification studies",
+    "studies",
     "analysis",
     "element_tests",
     "boundaries",
@@ -44,13 +46,18 @@ LEVEL = {room: level for level, rooms in enumerate(ROOMS) for room in rooms.spli
 def room_of(module: str) -> str:
     """The room of a module by its full name, or of a name that the package itself offers."""
     parts = module.split(".")
-    return parts[1] if len(parts) > 1 and parts[1] in LEVEL else "__init__"
+    return parts[1] if module.startswith("tilth.") and parts[1] in LEVEL else "__init__"
 
 
-def imports(path: Path) -> Iterator[str]:
-    """Full names of the modules of tilth that a file imports when it runs."""
-    package = ("tilth", *path.relative_to(ROOT).parts[:-1])
+def imports(path: Path, at_once: bool = False) -> Iterator[str]:
+    """Full names of the modules of tilth and its verification that a file imports when it runs.
+
+    at_once: only those that it imports as soon as it is loaded, not in a function.
+    """
+    package = path.relative_to(SOURCES).parts[:-1]
     tree = ast.parse(path.read_text(encoding="utf-8"))
+    if at_once:
+        tree.body = [node for node in tree.body if not isinstance(node, ast.FunctionDef)]
     for_types = {
         id(inner)
         for node in ast.walk(tree)
@@ -67,7 +74,7 @@ def imports(path: Path) -> Iterator[str]:
             module = ".".join([*base, *([node.module] if node.module else [])])
             if module == "tilth":
                 yield from (f"tilth.{name.name}" for name in node.names)
-            elif module.startswith("tilth."):
+            elif module.startswith(("tilth.", "tilth_verification")):
                 yield module
 
 
@@ -87,4 +94,28 @@ def test_no_room_imports_from_a_higher_one() -> None:
             other = room_of(module)
             if other != room and LEVEL[other] <= LEVEL[room]:
                 wrong.append(f"{name} imports {module}")
+    assert wrong == []
+
+
+def importing_verification(at_once: bool = False) -> list[str]:
+    """The modules of tilth that import its verification."""
+    return [
+        path.relative_to(ROOT).as_posix()
+        for path in sorted(ROOT.rglob("*.py"))
+        if any(name.startswith("tilth_verification") for name in imports(path, at_once))
+    ]
+
+
+def test_only_the_command_imports_the_verification_and_not_before_it_runs() -> None:
+    assert importing_verification() == ["commands/verify.py"]
+    assert importing_verification(at_once=True) == []
+
+
+def test_the_verification_imports_neither_commands_nor_studies() -> None:
+    wrong = [
+        f"{path.relative_to(SOURCES)} imports {module}"
+        for path in sorted(VERIFICATION.rglob("*.py"))
+        for module in imports(path)
+        if module.startswith("tilth.") and LEVEL[room_of(module)] < LEVEL["analysis"]
+    ]
     assert wrong == []

@@ -13,12 +13,12 @@ from metamorphic.tilting import may_tilt
 from metamorphic.watched import last_balance, watched
 from tilth import Model
 from tilth.analysis.energies import Energies
+from tilth.analysis.march import march_stages
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.staged import StagedAnalysis
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats, Integers
 from tilth.errors import TilthError
-from tilth.verification.march import march_stages
 
 Tree = dict[str, Any]
 

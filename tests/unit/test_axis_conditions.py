@@ -11,10 +11,10 @@ from implicit_blocks import flat, implicit
 from small_problems import BASES, affine, block_entries, off_lines, plane
 
 from tilth import BadInput, Model
+from tilth.analysis.march import march
 from tilth.analysis.simulation import Simulation
 from tilth.boundaries import Conditions
 from tilth.boundaries.conditions import AXIS
-from tilth.verification.march import march
 
 pytestmark = pytest.mark.slow
 

@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from tilth.verification.cattaneo import CELLS, FRICTION, RADIUS, Tractions
-from tilth.verification.closed_forms.elastic_contact import Cattaneo, HertzCylinder
+from tilth_verification.cattaneo import CELLS, FRICTION, RADIUS, Tractions
+from tilth_verification.closed_forms.elastic_contact import Cattaneo, HertzCylinder
 
 MODULUS = 1e7
 CYLINDER = HertzCylinder(RADIUS, MODULUS)

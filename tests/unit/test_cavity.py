@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import quad
 
 from tilth.model import MohrCoulomb, Tresca
-from tilth.verification.closed_forms import CavityInClay, CylinderInSoil
+from tilth_verification.closed_forms import CavityInClay, CylinderInSoil
 
 SHEAR, STRENGTH = 2.5e6, 50e3
 

@@ -10,7 +10,7 @@ from scipy.linalg import logm
 from scipy.optimize import brentq
 
 from tilth.model import HenckyElastic, VonMises
-from tilth.verification.closed_forms import (
+from tilth_verification.closed_forms import (
     ConstrainedBall,
     Moduli,
     PlasticRing,

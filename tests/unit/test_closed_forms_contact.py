@@ -8,9 +8,9 @@ import pytest
 from scipy.integrate import dblquad, quad
 
 from tilth.model import HenckyElastic
-from tilth.verification.buried_pipe import bearing_factor
-from tilth.verification.closed_forms.cavity import CavityInClay
-from tilth.verification.closed_forms.elastic_contact import (
+from tilth_verification.buried_pipe import bearing_factor
+from tilth_verification.closed_forms.cavity import CavityInClay
+from tilth_verification.closed_forms.elastic_contact import (
     Cattaneo,
     HertzCylinder,
     HertzSphere,
@@ -18,7 +18,7 @@ from tilth.verification.closed_forms.elastic_contact import (
     flat_punch_force,
     sphere_depth,
 )
-from tilth.verification.closed_forms.limit_loads import (
+from tilth_verification.closed_forms.limit_loads import (
     DEEP_PIPE_BOUNDS,
     DEEP_STRIP_ANCHOR,
     LIFTED_PIPE_BOUNDS,

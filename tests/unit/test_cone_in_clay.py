@@ -8,11 +8,11 @@ import math
 import numpy as np
 import pytest
 
+from tilth.analysis.march import march
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
-from tilth.verification.cases import example, varied
-from tilth.verification.closed_forms.limit_loads import cone_factor
-from tilth.verification.march import march
+from tilth_verification.cases import example, varied
+from tilth_verification.closed_forms.limit_loads import cone_factor
 
 SMOOTH_FOOTING = 5.69
 """N of a smooth circular footing on the surface of clay (Cox, Eason and Hopkins 1961)."""

@@ -22,8 +22,8 @@ from tilth.boundaries.contact.constraint import (
 from tilth.boundaries.contact.smoothness import smoothness
 from tilth.boundaries.contact.surface import AWAY, NEVER, OPEN, CarriedContact, Touch
 from tilth.mpm.grid import Grid
-from tilth.verification.cases import example, varied
-from tilth.verification.contact_runs import ContactRun, run_contact
+from tilth_verification.cases import example, varied
+from tilth_verification.contact_runs import ContactRun, run_contact
 
 CELL = 2.0
 

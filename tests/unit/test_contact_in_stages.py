@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from tilth import Model
-from tilth.verification.march import march_stages
+from tilth.analysis.march import march_stages
 
 WEIGHT = 19.2
 """Of the upper block, 1.2 by 0.8."""

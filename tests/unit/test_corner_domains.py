@@ -27,7 +27,7 @@ from tilth.mpm.domains import half_edges, keep_off_axis, upper_edges
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
 from tilth.output import read_results
-from tilth.verification.cases import example, varied
+from tilth_verification.cases import example, varied
 
 every_basis = pytest.mark.parametrize("basis", CORNER_BASES)
 every_kind = pytest.mark.parametrize("kind", KINDS)

@@ -19,7 +19,7 @@ from small_problems import (
 from tilth import Model, _core
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
-from tilth.verification.closed_forms import full_deformation_gradient
+from tilth_verification.closed_forms import full_deformation_gradient
 
 COUNT = 21
 SIZES = {"elastic": 1e-3, "plastic": 0.3}

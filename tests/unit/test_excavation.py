@@ -26,8 +26,8 @@ from tilth.arrays import Floats
 from tilth.model.load_curve import LoadCurve
 from tilth.mpm.grid import Buffers, locate
 from tilth.terms.balance import Balance
-from tilth.verification.carried import carried
-from tilth.verification.closed_forms import Heave
+from tilth_verification.carried import carried
+from tilth_verification.closed_forms import Heave
 
 WIDTH, LEVEL, BOTTOM, K0 = 2.0, 3.0, 1.5, 0.6
 """Width of the pit, ground level and bottom of the pit [m]; earth pressure at rest."""

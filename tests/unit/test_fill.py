@@ -21,12 +21,12 @@ from staged_ground import (
 )
 
 from tilth import Model
+from tilth.analysis.march import march_stages
 from tilth.analysis.placement import settlement
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.staged import StagedAnalysis
 from tilth.arrays import Floats
 from tilth.surface.tracked import TrackedSurface
-from tilth.verification.march import march_stages
 
 CELL = 0.5
 WIDTH, DEPTH = 8.0, 4.0

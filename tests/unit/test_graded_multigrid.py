@@ -16,7 +16,7 @@ from small_problems import dimension
 
 from tilth import Model, _core
 from tilth.solvers.hierarchies import dyadic_steps
-from tilth.verification.cases import varied
+from tilth_verification.cases import varied
 
 pytestmark = pytest.mark.slow
 

@@ -14,12 +14,12 @@ from staged_problems import staged_entries
 
 from tilth import Model, resume, run
 from tilth.analysis.dynamics import WITHIN
+from tilth.analysis.march import march
 from tilth.analysis.simulation import Simulation
 from tilth.mpm.points import MaterialPoints
 from tilth.output import read_results
 from tilth.report.setup_file import read_setup
-from tilth.verification.cases import example, varied
-from tilth.verification.march import march
+from tilth_verification.cases import example, varied
 
 pytestmark = pytest.mark.slow
 

@@ -28,7 +28,7 @@ from tilth.report.setup_file import read_setup, write_setup
 from tilth.report.setup_view import _rectangles
 from tilth.report.stage_texts import changes
 from tilth.report.visible_points import exterior_points
-from tilth.verification.cases import example, varied
+from tilth_verification.cases import example, varied
 
 X = line_of(((0.0, 0.5), (1.0, 0.5), (3.0, 1.2)))
 ROWS = [[0.0, 0.1], [1.0, 0.1], [5.0, 1.0]]

@@ -16,7 +16,7 @@ from tilth import BadInput, Model
 from tilth.model import ImplicitBoundary
 from tilth.model.grading import LARGEST_RATIO, line_of
 from tilth.mpm.background import background_grid
-from tilth.verification.cases import varied
+from tilth_verification.cases import varied
 
 ROWS = [[0.0, 0.05], [1.0, 0.05], [5.0, 0.5]]
 SOIL = {"model": "hencky_elastic", "young_modulus": 1e6, "poisson_ratio": 0.2}

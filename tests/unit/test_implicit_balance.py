@@ -28,12 +28,12 @@ from small_problems import BASES, dimension
 
 import tilth.analysis.simulation
 from tilth import Model
+from tilth.analysis.march import march
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.terms.ghost import FaceCoupling, Ghost
 from tilth.terms.weak_springs import WeakSprings
-from tilth.verification.march import march
 
 pytestmark = pytest.mark.slow
 

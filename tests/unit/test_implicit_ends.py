@@ -16,6 +16,7 @@ from small_problems import block_entries, material_entries
 
 import tilth
 from tilth import Model
+from tilth.analysis.march import march
 from tilth.analysis.simulation import Simulation
 from tilth.boundaries.implicit.constraint import SurfaceConstraint
 from tilth.boundaries.implicit.ends import FARTHEST_MOTION, INSIDE, find_ends, width_of
@@ -23,7 +24,6 @@ from tilth.geometry.footing import Footing
 from tilth.geometry.polyline import Polyline
 from tilth.geometry.protocol import Geometry
 from tilth.geometry.round import Circle
-from tilth.verification.march import march
 
 H = 0.25
 HALF = 0.7

@@ -14,11 +14,11 @@ from resumed_runs import run_in_pieces, run_until
 from small_problems import BASES, material_entries
 
 from tilth import Model, resume, run
+from tilth.analysis.march import march
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
 from tilth.output import read_checkpoint
 from tilth.output.folder import CHECKPOINT
-from tilth.verification.march import march
 
 STEPS = 8
 FORMS = ("surface", "band")

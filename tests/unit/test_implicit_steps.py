@@ -30,17 +30,17 @@ from small_problems import BASES, CORNER_BASES, KINDS, dimension, plane, tensor
 
 import tilth.terms.ghost
 from tilth import Model
+from tilth.analysis.march import march
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.boundaries import ImplicitConstraints
 from tilth.boundaries.implicit.constraint import SurfaceConstraint
 from tilth.terms.ghost import FaceCoupling, Ghost
-from tilth.verification.closed_forms.homogeneous import (
+from tilth_verification.closed_forms.homogeneous import (
     full_deformation_gradient,
     hencky_cauchy_stress,
 )
-from tilth.verification.march import march
 
 pytestmark = pytest.mark.slow
 

@@ -12,9 +12,9 @@ from scipy.spatial.transform import Rotation
 from turned_blocks import STRESS, turned_block, turned_block_in_space
 
 from tilth import Model
+from tilth.analysis.march import march
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
-from tilth.verification.march import march
 
 
 def errors(basis: str, holder: str, angle: float, steps: int) -> list[float]:

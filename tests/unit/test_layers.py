@@ -22,13 +22,13 @@ from small_problems import (
 )
 
 from tilth import BadInput, Model, load_case, run
+from tilth.analysis.march import march
 from tilth.analysis.setup import setup_of
 from tilth.analysis.tracker import Tracker
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
 from tilth.output import read_results
 from tilth.terms.loads import nearest_points
-from tilth.verification.march import march
 
 
 def layered(kind: str, basis: str, bottom: Any, **changed: Any) -> dict[str, Any]:

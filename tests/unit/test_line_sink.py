@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from tilth.verification.closed_forms.line_sink import LineSink
+from tilth_verification.closed_forms.line_sink import LineSink
 
 X = np.array([0.0, 3.0, 11.0, 24.0])
 

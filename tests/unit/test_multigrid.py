@@ -34,7 +34,7 @@ from tilth.solvers import (
 )
 from tilth.solvers import linear as linear_module
 from tilth.solvers import multigrid as multigrid_module
-from tilth.verification.cases import example, varied
+from tilth_verification.cases import example, varied
 
 pytestmark = pytest.mark.slow
 

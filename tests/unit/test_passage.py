@@ -11,10 +11,10 @@ from implicit_blocks import flat, implicit
 from small_problems import plane
 
 from tilth import Model
+from tilth.analysis.march import march
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
 from tilth.mpm.domains import half_edges
-from tilth.verification.march import march
 
 CELL = 0.25
 PLANE = flat([0.0, -0.3], [0.0, 1.0])

@@ -13,7 +13,7 @@ import pytest
 
 from tilth import Model
 from tilth.analysis.simulation import Simulation
-from tilth.verification.cases import varied
+from tilth_verification.cases import varied
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 

@@ -25,6 +25,7 @@ from small_problems import (
 )
 
 from tilth import Model, resume, run
+from tilth.analysis.march import march
 from tilth.analysis.predictor import LARGEST_MOTION, Predictor
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
@@ -33,8 +34,7 @@ from tilth.mpm.grid import Buffers, locate
 from tilth.mpm.keys import find_keys
 from tilth.mpm.soil import Soil
 from tilth.terms.weak_springs import well_supported
-from tilth.verification.cases import example, varied
-from tilth.verification.march import march
+from tilth_verification.cases import example, varied
 
 pytestmark = pytest.mark.slow
 

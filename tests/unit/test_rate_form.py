@@ -8,14 +8,14 @@ import pytest
 
 from tilth.errors import AnalysisFailed
 from tilth.model import VonMises
-from tilth.verification.closed_forms import (
+from tilth_verification.closed_forms import (
     Moduli,
     hencky_cauchy_stress,
     hencky_strain,
     proportional_von_mises,
 )
-from tilth.verification.rate_form import exponential_path, linear_path, von_mises_response
-from tilth.verification.reference import (
+from tilth_verification.rate_form import exponential_path, linear_path, von_mises_response
+from tilth_verification.reference import (
     AMPLE_COLUMN_ERROR,
     collapse_by_ample,
     end_loaded_cantilever,

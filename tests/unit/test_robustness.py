@@ -12,10 +12,10 @@ from implicit_blocks import flat, implicit
 from small_problems import CORNER_BASES
 
 from tilth import AnalysisFailed, BadInput, Model
+from tilth.analysis.march import march
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
-from tilth.verification.march import march
 
 FEW, MANY = 12, 200
 DRAWN = ("linear", "gimp")

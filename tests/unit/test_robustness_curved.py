@@ -11,10 +11,10 @@ import pytest
 from curved_problems import YOUNG, Problem, problem_of
 
 from tilth import AnalysisFailed, BadInput, Model
+from tilth.analysis.march import march
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
 from tilth.boundaries.implicit.passage import depth_behind
-from tilth.verification.march import march
 
 FEW, MANY, PART = 12, 200, 50
 

@@ -12,12 +12,12 @@ from sand_footings import small_footing
 from sand_problems import STEPS, STILL_STEPS, sand_problem
 
 from tilth import Model, steps
+from tilth.analysis.march import march
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
 from tilth.mpm.initial_points import initial_points
 from tilth.templates import template
-from tilth.verification.cases import varied
-from tilth.verification.march import march
+from tilth_verification.cases import varied
 
 FEW, MANY = 18, 200
 """Problems in every run of the tests, and in the long ones."""

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from tilth import Model, StrengthReduction
+from tilth.analysis.march import march
 from tilth.analysis.safety import SafetyResult, strength_reduction
 from tilth.analysis.safety_trials import Trials
 from tilth.analysis.simulation import Simulation
-from tilth.verification.march import march
 
 STRENGTH, FORCE = 10.0, 25.0
 EXACT = (2.0 + math.pi) * STRENGTH / FORCE

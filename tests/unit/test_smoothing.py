@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 from tilth import _core
+from tilth.analysis.march import march
 from tilth.mpm.f_bar import FORGETTING_STRAIN, Centres
-from tilth.verification.cases import example, varied
-from tilth.verification.march import march
+from tilth_verification.cases import example, varied
 
 STRAIN = np.array([1e-3, -2e-3, 4e-3, 5e-3, -1e-3])
 VOLUME = np.array([1.0, 2.0, 0.5, 1.5, 1.0])

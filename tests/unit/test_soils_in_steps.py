@@ -11,10 +11,10 @@ from implicit_blocks import flat, implicit
 from small_problems import BASES, KINDS, block_entries, dimension, material_entries, plane
 
 from tilth import Model
+from tilth.analysis.march import march
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
-from tilth.verification.march import march
 
 SOILS: dict[str, dict[str, Any]] = {
     "mohr_coulomb": {"dilation_angle": 20.0},

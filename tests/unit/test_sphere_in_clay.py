@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from readings import long
 
+from tilth.analysis.march import march
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
-from tilth.verification.cases import example, varied
-from tilth.verification.march import march
+from tilth_verification.cases import example, varied
 
 RADIUS, CELL, TOP = 0.2, 0.05, 1.05
 """Of the sphere and of the cells; height of the clay [m]."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from tilth.verification.closed_forms.limit_loads import CIRCULAR_FOOTING, shallow_sphere
+from tilth_verification.closed_forms.limit_loads import CIRCULAR_FOOTING, shallow_sphere
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 

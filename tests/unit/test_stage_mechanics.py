@@ -23,8 +23,8 @@ from staged_ground import (
 )
 
 from tilth import BadInput, Model
+from tilth.analysis.march import march as march_unstaged
 from tilth.arrays import Floats
-from tilth.verification.march import march as march_unstaged
 
 every_basis = pytest.mark.parametrize("basis", ["linear", "gimp", "cpdi1", "cpdi2"])
 f_bar_or_not = pytest.mark.parametrize("anti_locking", ["none", "f_bar"])

@@ -15,12 +15,12 @@ import pytest
 from scipy.optimize import brentq
 
 from tilth import AnalysisFailed, BadInput, Model, StrengthReduction
+from tilth.analysis.march import march
 from tilth.analysis.safety import SafetyResult, strength_reduction
 from tilth.analysis.safety_search import Outcome, Search, Trial
 from tilth.analysis.simulation import Simulation
 from tilth.mpm.frozen_points import thickness
-from tilth.verification.cases import varied
-from tilth.verification.march import march
+from tilth_verification.cases import varied
 
 PRESSURE = 20.0
 LAWS: dict[str, dict[str, Any]] = {

@@ -8,7 +8,7 @@ import pytest
 from standing_blocks import GRAVITY, SLENDERNESS, standing_block
 
 from tilth import Model, TilthError
-from tilth.verification.march import march
+from tilth.analysis.march import march
 
 
 def block(cells: int, basis: str, turn: float, share: float) -> Model:

@@ -13,6 +13,7 @@ from resumed_runs import assert_same_results, run_until
 from small_problems import BASES
 
 from tilth import Model, resume, run
+from tilth.analysis.march import march
 from tilth.analysis.simulation import Simulation
 from tilth.curves.chain import Chain
 from tilth.curves.spline import LocalCubicSpline
@@ -21,7 +22,6 @@ from tilth.surface.redistribution import redistribute_points
 from tilth.surface.tracked import LONGEST_CHORD_RATIO, SHORTEST_CHORD_RATIO, TrackedSurface
 from tilth.surface.tracked_triangles import TrackedSolidSurface
 from tilth.surface.triangles import Triangles
-from tilth.verification.march import march
 
 pytestmark = pytest.mark.slow
 

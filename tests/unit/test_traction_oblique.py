@@ -15,7 +15,7 @@ from implicit_blocks import flat, implicit, model_of, steps_of
 from tilth.arrays import Floats
 from tilth.boundaries.implicit.boundary import Implicit
 from tilth.boundaries.implicit.motion import rotation_matrix
-from tilth.verification.cases import varied
+from tilth_verification.cases import varied
 
 SIDE = 2.0
 LOWER = [(0.0, 0.0), (0.1, 0.2), (0.37, 0.05), (0.03, 0.11)]

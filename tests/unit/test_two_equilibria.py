@@ -13,12 +13,12 @@ from readings import some_of
 from standing_blocks import CELL, DENSITY, GRAVITY, SLENDERNESS, WIDTH, standing_block
 
 from tilth.analysis.attempts import explained_motion, solve, solve_in_attempts
+from tilth.analysis.march import march
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.curves.chain import Chain
 from tilth.errors import StepFailed
 from tilth.terms.balance import Balance
-from tilth.verification.march import march
 
 HEIGHT = SLENDERNESS * WIDTH
 

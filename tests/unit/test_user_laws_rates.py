@@ -16,12 +16,12 @@ from small_problems import block_entries, plane
 from user_laws import library
 
 from tilth import ElementCase, Model, element
+from tilth.analysis.march import march_stages
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.staged import StagedAnalysis
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.element_tests.check import check_tangents
-from tilth.verification.march import march_stages
 
 MAXWELL = """
 #define SIX(a, b) ddsdde[(a) + 6 * (b)]

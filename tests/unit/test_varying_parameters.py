@@ -13,13 +13,13 @@ from resumed_runs import assert_same_results, entries_of, run_until
 from small_problems import BASES, KINDS, block_entries, material_entries, rollers, weight
 
 from tilth import BadInput, Model, resume, run
+from tilth.analysis.march import march
 from tilth.analysis.memory import memory_of
 from tilth.analysis.simulation import Simulation
 from tilth.cli import run_command
 from tilth.mpm.initial_points import initial_points
 from tilth.output import read_results
 from tilth.report.setup_file import read_setup
-from tilth.verification.march import march
 
 UP = {"plane_strain": "y", "axisymmetric": "y", "3d": "z"}
 

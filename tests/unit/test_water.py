@@ -13,6 +13,7 @@ from small_problems import KINDS, block_entries, dimension, rollers, weight
 
 import tilth
 from tilth import BadInput, Model, resume, run
+from tilth.analysis.march import march
 from tilth.analysis.memory import memory_of
 from tilth.analysis.setup import setup_of
 from tilth.analysis.simulation import Simulation
@@ -24,7 +25,6 @@ from tilth.output import read_history, read_results
 from tilth.report.setup import draw_setup
 from tilth.report.setup_file import read_setup
 from tilth.terms.balance import Balance
-from tilth.verification.march import march
 
 ALL_FROM_THE_START = {"factor": [[0.0, 1.0], [1.0, 1.0]]}
 

@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from tilth.verification.run import Row
+from tilth_verification.run import Row
 
 MARGIN = 1.1
 """Largest error over the measured one."""

@@ -10,15 +10,15 @@ from typing import Any
 
 import pytest
 
-from tilth.verification import column_collapse, hertz, plate_anchor, seabed_pipe, slope_run_out
-from tilth.verification.cases import example, varied, with_basis
-from tilth.verification.closed_forms.limit_loads import (
+from tilth_verification import column_collapse, hertz, plate_anchor, seabed_pipe, slope_run_out
+from tilth_verification.cases import example, varied, with_basis
+from tilth_verification.closed_forms.limit_loads import (
     DEEP_STRIP_ANCHOR,
     SEABED_PIPE_BOUNDS,
     strip_anchor_bound,
 )
-from tilth.verification.contact_runs import run_contact
-from tilth.verification.rotating_disc import turned
+from tilth_verification.contact_runs import run_contact
+from tilth_verification.rotating_disc import turned
 
 pytestmark = pytest.mark.slow
 

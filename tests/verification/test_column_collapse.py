@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tilth.verification import column_collapse
-from tilth.verification.column_collapse import Deposit, front
+from tilth_verification import column_collapse
+from tilth_verification.column_collapse import Deposit, front
 
 
 def test_the_front_of_a_wedge() -> None:

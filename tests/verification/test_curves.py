@@ -4,8 +4,8 @@
 import numpy as np
 import pytest
 
-from tilth.verification.buried_pipe import bearing_factor
-from tilth.verification.curves import Curve, largest_difference
+from tilth_verification.buried_pipe import bearing_factor
+from tilth_verification.curves import Curve, largest_difference
 
 
 def parabola(steps: int) -> Curve:

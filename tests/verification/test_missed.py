@@ -12,9 +12,9 @@ import pytest
 from missed import MARGIN, MISSED, Missed, failures, gone
 
 from tilth.errors import AnalysisFailed
-from tilth.verification.comparison import Comparison
-from tilth.verification.problems import PROBLEMS
-from tilth.verification.run import Row, verified
+from tilth_verification.comparison import Comparison
+from tilth_verification.problems import PROBLEMS
+from tilth_verification.run import Row, verified
 
 DOCS = Path(__file__).parents[2] / "docs"
 

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from tilth.analysis.simulation import Simulation
-from tilth.verification import plough
-from tilth.verification.cases import example
-from tilth.verification.comparison import Comparison
-from tilth.verification.plough import CELL, Tow
+from tilth_verification import plough
+from tilth_verification.cases import example
+from tilth_verification.comparison import Comparison
+from tilth_verification.plough import CELL, Tow
 
 FORCE = 8e3
 """Steady force [N]."""

@@ -11,8 +11,8 @@ import pytest
 from missed import failures, gone
 from test_coarse import COARSE
 
-from tilth.verification.problems import PROBLEMS
-from tilth.verification.run import verified
+from tilth_verification.problems import PROBLEMS
+from tilth_verification.run import verified
 
 FIRST = {
     "block_on_block": 1,

@@ -3,14 +3,15 @@
 
 import json
 import math
+import sys
 
 import pytest
 
 from tilth.cli import run_command
 from tilth.errors import AnalysisFailed
-from tilth.verification import problems
-from tilth.verification.cases import example, folder_of_cases, varied
-from tilth.verification.comparison import (
+from tilth_verification import problems
+from tilth_verification.cases import example, folder_of_cases, varied
+from tilth_verification.comparison import (
     absolute,
     at_least,
     relative,
@@ -90,6 +91,12 @@ def test_unknown_problem_is_refused_before_anything_runs(listed, capsys):
     output = capsys.readouterr()
     assert "did you mean failing?" in output.err
     assert output.out == ""
+
+
+def test_without_the_package_of_the_problems_one_message_says_so(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "tilth_verification", None)
+    assert run_command(["verify"]) == 2
+    assert "there is no package tilth_verification" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

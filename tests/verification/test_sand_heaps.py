@@ -15,8 +15,8 @@ from safety_slopes import HIGH, LOW
 from sand_heaps import SandHeap
 
 from tilth import AnalysisFailed, StrengthReduction
+from tilth.analysis.march import march
 from tilth.analysis.safety import SafetyResult, strength_reduction
-from tilth.verification.march import march
 
 COARSE, FINE = 0.5, 0.25
 """Cells of a tenth and a twentieth of the height [m]."""

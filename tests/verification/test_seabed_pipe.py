@@ -5,9 +5,9 @@ import math
 
 import numpy as np
 
-from tilth.verification.cases import example, varied
-from tilth.verification.contact_runs import ContactRun, run_contact
-from tilth.verification.seabed_pipe import DIAMETER, EMBEDMENT, PROBLEM, in_place
+from tilth_verification.cases import example, varied
+from tilth_verification.contact_runs import ContactRun, run_contact
+from tilth_verification.seabed_pipe import DIAMETER, EMBEDMENT, PROBLEM, in_place
 
 
 def pushed_in_place(normal: str) -> ContactRun:

@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import pytest
 
-from tilth.verification import strip_footing_friction as problem
-from tilth.verification.closed_forms.slip_lines import Footing
+from tilth_verification import strip_footing_friction as problem
+from tilth_verification.closed_forms.slip_lines import Footing
 
 SOILS = [
     problem.LOOSE, problem.LOOSE_ROUGH, problem.DENSE, problem.DENSE_ROUGH, problem.WEAK,

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from tilth.verification import spudcan_sand_over_clay as spudcan
-from tilth.verification.curves import Curve
-from tilth.verification.spudcan_sand_over_clay import (
+from tilth_verification import spudcan_sand_over_clay as spudcan
+from tilth_verification.curves import Curve
+from tilth_verification.spudcan_sand_over_clay import (
     DIAMETER,
     DILATION,
     FRICTION,

@@ -4,8 +4,8 @@
 import pytest
 
 from tilth.analysis.simulation import Simulation
-from tilth.verification.cases import example
-from tilth.verification.turned import ANGLE, aligned, turned
+from tilth_verification.cases import example
+from tilth_verification.turned import ANGLE, aligned, turned
 
 PROBLEMS = ("end_loaded_cantilever", "collapse", "upsetting", "strip_footing")
 OTHERWISE = ("title", "track", "output")

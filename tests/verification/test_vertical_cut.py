@@ -6,7 +6,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import minimize
 
-from tilth.verification.vertical_cut import FAILURE, sharpest
+from tilth_verification.vertical_cut import FAILURE, sharpest
 
 
 @pytest.mark.parametrize(("unit_of_load", "unit_of_settlement"), [(1.0, 1.0), (1e3, 1e-5)])

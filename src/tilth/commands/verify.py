@@ -6,11 +6,15 @@ from __future__ import annotations
 import click
 from click.shell_completion import CompletionItem
 
+from tilth.errors import BadInput
+
 
 def complete_problem(_: click.Context, __: click.Parameter, typed: str) -> list[CompletionItem]:
     """Returns the reference problems whose name begins with what is typed."""
-    from tilth.verification.problems import PROBLEMS
-
+    try:
+        from tilth_verification.problems import PROBLEMS
+    except ModuleNotFoundError:
+        return []
     return [CompletionItem(name) for name in PROBLEMS if name.startswith(typed)]
 
 
@@ -24,6 +28,13 @@ def verify(context: click.Context, names: tuple[str, ...], long: bool, as_json: 
 
     Exit code 1 if any row is out of its tolerance.
     """
-    from tilth.verification import run_verification
-
+    try:
+        from tilth_verification import run_verification
+    except ModuleNotFoundError as error:
+        if error.name != "tilth_verification":
+            raise
+        raise BadInput(
+            "the reference problems are not installed: there is no package tilth_verification",
+            "install tilth from its sources or from a wheel, which have it",
+        ) from error
     context.exit(run_verification(names, long=long, as_json=as_json))
