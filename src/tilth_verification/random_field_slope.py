@@ -10,10 +10,10 @@ import numpy as np
 
 from tilth.analysis.march import march
 from tilth.arrays import Floats
-from tilth.fields.random_field import random_values
 from tilth.model import Random
 from tilth.model.variation import variations
 from tilth.mpm.initial_points import initial_points
+from tilth.variation.random_field import random_values
 from tilth_verification.cases import example
 from tilth_verification.comparison import Comparison, absolute, relative, vanishing
 

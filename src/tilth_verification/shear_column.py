@@ -15,8 +15,8 @@ from tilth.analysis.energies import Energies
 from tilth.analysis.march import march
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
-from tilth.fields.csv_file import read_csv
 from tilth.model import Model
+from tilth.variation.csv_file import read_csv
 from tilth_verification.cases import example, folder_of_cases, varied
 from tilth_verification.comparison import Comparison, relative, vanishing
 

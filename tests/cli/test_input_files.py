@@ -15,9 +15,6 @@ from tilth import BadInput, load_case
 from tilth.bodies.gmsh_file import read_gmsh
 from tilth.bodies.stl_file import read_stl
 from tilth.case import load_element_case, load_study
-from tilth.fields.grid_file import read_grid
-from tilth.fields.heights import read_heights
-from tilth.fields.survey import read_survey
 from tilth.input_files import absolute, require_file, why_no_file, why_no_folder
 from tilth.model.base import Declared
 from tilth.model.user_function import load_function
@@ -27,6 +24,9 @@ from tilth.output.history import read_history
 from tilth.output.log import read_log
 from tilth.output.surface_table import read_surface
 from tilth.output.vtkhdf import read_results
+from tilth.variation.grid_file import read_grid
+from tilth.variation.heights import read_heights
+from tilth.variation.survey import read_survey
 
 from .conftest import CASE, Outcome
 

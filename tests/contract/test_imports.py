@@ -27,7 +27,7 @@ ROOMS = [
     "plot",
     "report",
     "bodies curves",
-    "fields templates",
+    "variation templates",
     "output",
     "case",
     "model",

@@ -15,8 +15,8 @@ from tilth import Model
 from tilth.analysis.energies import Energies
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.staged import StagedAnalysis
-from tilth.fields.record import Record
 from tilth.terms.dashpots import AssembledDashpots
+from tilth.variation.record import Record
 
 NEWMARK: dict[str, Any] = {"scheme": "newmark"}
 ALPHA: dict[str, Any] = {"scheme": "generalised_alpha", "spectral_radius": 0.7}

@@ -11,10 +11,10 @@ import pytest
 
 from tilth import BadInput, VonMises
 from tilth.arrays import Floats
-from tilth.fields import random_field
-from tilth.fields.evaluate import parameter_values
-from tilth.fields.random_field import random_values, standard_normal
 from tilth.model import RandomField
+from tilth.variation import random_field
+from tilth.variation.evaluate import parameter_values
+from tilth.variation.random_field import random_values, standard_normal
 
 RANDOM = {
     "mean": 20.0,

@@ -18,12 +18,12 @@ from tilth.bodies.request import BodyPoints, Request
 from tilth.bodies.size import body_size
 from tilth.bodies.thickness import crossings_of
 from tilth.errors import BadInput
-from tilth.fields.level import elevation
-from tilth.fields.survey import read_survey
 from tilth.model import Body, HeightFile, Model, Outline, Terrain
 from tilth.mpm.grid import Grid
 from tilth.surface.outline import outline
 from tilth.surface.outline_3d import outline_3d
+from tilth.variation.level import elevation
+from tilth.variation.survey import read_survey
 
 SPACE = Grid(np.zeros(3), np.full(3, 0.5))
 MAP = np.array([500_000.0, 5_800_000.0])

@@ -11,7 +11,6 @@ import numpy as np
 
 from tilth.arrays import Floats
 from tilth.boundaries.contact.make import extents
-from tilth.fields.tables import place_text
 from tilth.geometry.make import Geometry, make_shape, make_shapes
 from tilth.model import (
     Contact,
@@ -27,6 +26,7 @@ from tilth.model import (
 from tilth.model.geometry_base import DeclaredGeometry
 from tilth.mpm.background import background_grid
 from tilth.mpm.points import MaterialPoints
+from tilth.variation.tables import place_text
 
 STEEPEST = 2.0
 """Coefficient of friction above which it is probably an angle: the tangent of 63 degrees."""

@@ -23,7 +23,6 @@ from tilth.arrays import Floats
 from tilth.boundaries.contact.rigid_body import RigidBody
 from tilth.comm import together
 from tilth.errors import AnalysisFailed, BadInput, StepFailed
-from tilth.fields.tables import place_text
 from tilth.model import Model
 from tilth.model.initial import GravityStress
 from tilth.mpm.grid import ActiveGrid
@@ -33,6 +32,7 @@ from tilth.mpm.points import MaterialPoints
 from tilth.mpm.soil import Soil
 from tilth.terms.balance import Balance
 from tilth.terms.protocol import AssembledTerm, Term
+from tilth.variation.tables import place_text
 
 RESIDUAL = 1e-8
 """Residual of the undisplaced soil relative to the forces, at most [-]."""

@@ -9,8 +9,8 @@ import numpy as np
 
 from tilth.arrays import Flags, Floats
 from tilth.errors import BadInput
-from tilth.fields.tables import place_text
 from tilth.mpm.points import MaterialPoints, PointRange
+from tilth.variation.tables import place_text
 
 TOUCHING = 1.05
 """Points touch if their distance is at most this multiple of the sum of their half lengths."""

@@ -29,7 +29,6 @@ from tilth.analysis.step_tables import StepTables
 from tilth.analysis.stored_run import CHECKPOINT_FORMAT, StoredRun
 from tilth.comm import count, together
 from tilth.errors import AnalysisFailed, StepFailed, TilthError
-from tilth.fields.tables import place_text
 from tilth.memory_errors import is_memory_error, memory_sentence
 from tilth.model import Model
 from tilth.mpm.grid import ActiveGrid
@@ -62,6 +61,7 @@ from tilth.output.folder import (
 from tilth.output.log import START
 from tilth.output.nothing import Nothing
 from tilth.output.snapshot import SurfaceShape
+from tilth.variation.tables import place_text
 
 
 @dataclass

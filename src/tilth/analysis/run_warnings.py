@@ -19,13 +19,13 @@ from tilth.boundaries.implicit.passage import (
     surface_behind,
 )
 from tilth.comm import Communicator
-from tilth.fields.tables import place_text
 from tilth.model import Model, NodeBoundary, PlaneBoundary
 from tilth.model.fields import AXES
 from tilth.mpm.grid import Grid
 from tilth.mpm.keys import lattice_keys
 from tilth.mpm.points import MaterialPoints
 from tilth.surface.protocol import BodySurface
+from tilth.variation.tables import place_text
 
 JUMP, NO_JUMP = 30.0, 0.01
 """Soil that moves so many times as far in a step as the boundaries that drive it, and by more than

@@ -19,7 +19,6 @@ from tilth.bodies.inside import inside_of
 from tilth.bodies.request import Request
 from tilth.boundaries.implicit.boundary import Implicit
 from tilth.errors import BadInput, StepFailed
-from tilth.fields.tables import place_text
 from tilth.model import Model
 from tilth.model.laws import EXCESS_PORE_PRESSURE
 from tilth.model.stages import Stage
@@ -30,6 +29,7 @@ from tilth.mpm.points import MaterialPoints, PointRange
 from tilth.mpm.wet_mass import total_mass
 from tilth.terms.balance import Balance
 from tilth.terms.protocol import Role
+from tilth.variation.tables import place_text
 
 
 def next_stage(last: Simulation, model: Model, initial: MaterialPoints) -> Simulation:

@@ -17,7 +17,7 @@ import numpy as np
 from tilth.arrays import Floats, Integers
 from tilth.bodies.vertical_lines import crossed_by_lines
 from tilth.errors import BadInput
-from tilth.fields.tables import place_text
+from tilth.variation.tables import place_text
 
 LINES = 4096
 """Vertical lines that are spread over a body in plan."""

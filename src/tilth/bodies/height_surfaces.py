@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from tilth.arrays import Floats
-from tilth.fields.survey import Survey
+from tilth.variation.survey import Survey
 
 
 class HeightSurface(Protocol):

@@ -12,9 +12,9 @@ from tilth.bodies.inside import inside_of
 from tilth.bodies.polygon import OUTLINE_TOLERANCE
 from tilth.bodies.request import BodyPoints, Request
 from tilth.bodies.thickness import Crossings, crossings_of
-from tilth.fields.tables import place_text
 from tilth.model import Box, Cylinder, Sphere
 from tilth.model.holes import NOT_IN_SPACE, NOT_INSIDE, NOTHING_LEFT, ROUND_OFF
+from tilth.variation.tables import place_text
 
 LINES = 101
 """Vertical lines across a hole along x and along y; odd, so that one is in the middle."""

@@ -13,7 +13,7 @@ from tilth.bodies.covering import MOST_LINES, fault_along, lines_in_space
 from tilth.bodies.request import Request
 from tilth.bodies.stl_file import merged
 from tilth.bodies.vertical_lines import crossed_by_lines
-from tilth.fields.tables import place_text
+from tilth.variation.tables import place_text
 
 SAME_NODE = 1e-10
 """Nodes nearer than this, over the largest extent or coordinate, are one."""

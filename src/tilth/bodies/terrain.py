@@ -11,11 +11,11 @@ from tilth.arrays import Flags, Floats
 from tilth.bodies.height_surfaces import Gridded, HeightSurface, Triangulated
 from tilth.bodies.lattice import anchored_axes, cut_lattice, spread
 from tilth.bodies.request import BodyPoints, Request
-from tilth.fields.level import elevation, nodes
-from tilth.fields.survey import map_text, read_survey
 from tilth.model import Polygon, Terrain
 from tilth.model.shape_base import Bounds
 from tilth.model.variation import at_survey_points
+from tilth.variation.level import elevation, nodes
+from tilth.variation.survey import map_text, read_survey
 
 OUTLINE_TOLERANCE = 1e-6
 """Centres of sub-cells within this fraction of a sub-cell of the outline are inside."""

@@ -13,8 +13,8 @@ from tilth.boundaries.conditions import Conditions
 from tilth.boundaries.implicit.constraints import ImplicitConstraints
 from tilth.boundaries.nodal import Nodal
 from tilth.boundaries.protocol import Boundary, Prescribed
-from tilth.fields.record import read_record
 from tilth.model import AffineBoundary, ImplicitBoundary, Model, PlaneBoundary
+from tilth.variation.record import read_record
 
 if TYPE_CHECKING:
     from tilth.boundaries.contact.body_surface import BodyContactSurface

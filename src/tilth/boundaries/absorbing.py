@@ -19,7 +19,6 @@ from tilth.boundaries.implicit.boundary import Implicit
 from tilth.boundaries.implicit.constraint import ImplicitConstraint
 from tilth.boundaries.implicit.make import make
 from tilth.errors import BadInput
-from tilth.fields.record import Record, read_record
 from tilth.geometry.protocol import QuadraturePoints
 from tilth.model import Ground, ImplicitBoundary, Model, PlaneBoundary, PlaneGeometry
 from tilth.model.boundaries import Ranges
@@ -30,6 +29,7 @@ from tilth.mpm.soil import Soil
 from tilth.terms.dashpots import Dashpots
 from tilth.terms.inertia import Inertia
 from tilth.terms.released import Release, ReleasedForces
+from tilth.variation.record import Record, read_record
 
 LEAST_SHARE = 1e-6
 """Share of a force across a boundary in that along it, where another boundary may take it."""

@@ -18,11 +18,11 @@ import numpy.typing as npt
 from tilth.arrays import Floats
 from tilth.boundaries.nodal import Nodal
 from tilth.boundaries.protocol import Prescribed
-from tilth.fields.record import Record
 from tilth.model import Model, PlaneBoundary
 from tilth.mpm.grid import ActiveGrid
 from tilth.terms.inertia import TimeStep
 from tilth.terms.motion import Motion
+from tilth.variation.record import Record
 
 StepOf = Callable[[float, float], TimeStep | None]
 """Returns the step of the equations of motion between two times; None if it has no inertia."""

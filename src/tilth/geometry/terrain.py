@@ -10,12 +10,12 @@ import numpy as np
 from tilth.arrays import Floats, Integers
 from tilth.bodies.height_surfaces import Triangulated
 from tilth.bodies.stl_file import merged
-from tilth.fields.level import elevation, nodes
-from tilth.fields.survey import read_survey
 from tilth.geometry.open_surface import OpenSurface
 from tilth.geometry.polyline import Polyline
 from tilth.model import TerrainGeometry
 from tilth.model.variation import at_survey_points
+from tilth.variation.level import elevation, nodes
+from tilth.variation.survey import read_survey
 
 STRAIGHT = 1e-12
 """Change of slope below which a polyline is straight."""

@@ -56,7 +56,7 @@ def _overconsolidated(value: float) -> float:
 
 
 CoefficientAtRest = Annotated[float | str, PlainValidator(_at_rest)]
-if TYPE_CHECKING:  # for type checkers a number: `tilth.fields` evaluates all else
+if TYPE_CHECKING:  # for type checkers a number: `tilth.variation` evaluates all else
     Overconsolidation = Real
 else:
     Overconsolidation = or_varying(Annotated[Real, AfterValidator(_overconsolidated)])

@@ -2,7 +2,7 @@
 """Material parameters that vary from place to place: tables, grids, random fields, functions.
 
 A parameter's value is evaluated once at each material point's initial position and then stays
-with the point (`tilth.fields`).
+with the point (`tilth.variation`).
 """
 
 from __future__ import annotations
@@ -268,7 +268,7 @@ def _declared(declaration: Any, value: Any) -> Any:
         raise rejection(problems_of(error, value)) from None
 
 
-if TYPE_CHECKING:  # for type checkers a number: `tilth.fields` evaluates all else
+if TYPE_CHECKING:  # for type checkers a number: `tilth.variation` evaluates all else
     VaryingModulus = Positive
     VaryingPositive = Positive
     VaryingNotNegative = NotNegative

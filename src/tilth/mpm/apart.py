@@ -9,11 +9,11 @@ import numpy as np
 
 from tilth.arrays import Floats, Integers
 from tilth.errors import BadInput
-from tilth.fields.tables import place_text
 from tilth.model import Model
 from tilth.model.contact_pairs import unpaired_bodies
 from tilth.mpm.grid import Grid
 from tilth.mpm.points import MaterialPoints
+from tilth.variation.tables import place_text
 
 LEAST_GAP = 1.0 - 1e-6
 """Gap in cells up to which bodies are near each other: at one they have no cell in common."""

@@ -6,10 +6,10 @@ from __future__ import annotations
 import numpy as np
 
 from tilth.arrays import Floats
-from tilth.fields.evaluate import parameter_values
 from tilth.model import Model
 from tilth.model.fields import AXES
 from tilth.mpm.points import MaterialPoints
+from tilth.variation.evaluate import parameter_values
 
 
 def initial_motion(points: MaterialPoints, model: Model) -> Floats:

@@ -9,7 +9,6 @@ import numpy as np
 
 from tilth.arrays import Flags, Floats
 from tilth.bodies import BodyPoints, discretise
-from tilth.fields.evaluate import parameter_values
 from tilth.model import Model
 from tilth.model.isotropic import ParametersAt
 from tilth.model.parameter_kinds import Values
@@ -23,6 +22,7 @@ from tilth.mpm.initial_stress import Start, declared_start, start_with_stress
 from tilth.mpm.layers import by_layer
 from tilth.mpm.points import MaterialPoints, PointRange
 from tilth.mpm.user_moduli import require_declared_moduli
+from tilth.variation.evaluate import parameter_values
 
 
 def initial_points(model: Model) -> MaterialPoints:

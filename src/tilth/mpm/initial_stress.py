@@ -12,14 +12,14 @@ import numpy as np
 from tilth import _core
 from tilth.arrays import Flags, Floats
 from tilth.errors import BadInput
-from tilth.fields.evaluate import parameter_values
-from tilth.fields.tables import place_text
 from tilth.model import Model
 from tilth.model.initial import AtRest, GivenStress, StressOfRun, TableStress
 from tilth.model.laws import EXCESS_PORE_PRESSURE, PLASTIC_STRAIN
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.stress_at_rest import stress_at_rest
 from tilth.mpm.stress_of_run import state_of_run
+from tilth.variation.evaluate import parameter_values
+from tilth.variation.tables import place_text
 
 WITHIN_YIELD = 1e-9
 """Plastic flow of a starting stress, at most, over its elastic strain [-]."""

@@ -8,10 +8,10 @@ import numpy as np
 from tilth.arrays import Floats, Integers
 from tilth.bodies import BodyPoints
 from tilth.errors import BadInput
-from tilth.fields.level import elevation
-from tilth.fields.tables import place_text
 from tilth.model import Body
 from tilth.model.problems import unknown_name
+from tilth.variation.level import elevation
+from tilth.variation.tables import place_text
 
 ROUND_OFF = 1e-9
 """A horizon may be above the one over it by this share of a point's size."""

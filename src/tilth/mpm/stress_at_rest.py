@@ -10,8 +10,6 @@ import numpy as np
 
 from tilth.arrays import Floats
 from tilth.errors import BadInput
-from tilth.fields.evaluate import parameter_values, values_at
-from tilth.fields.tables import place_text
 from tilth.model import Model
 from tilth.model.cam_clay import ModifiedCamClay
 from tilth.model.fields import LEAST
@@ -23,6 +21,8 @@ from tilth.model.soils import DruckerPrager, MohrCoulomb
 from tilth.model.variation import Variation
 from tilth.mpm.overburden import overburden
 from tilth.mpm.water import PhreaticSurface
+from tilth.variation.evaluate import parameter_values, values_at
+from tilth.variation.tables import place_text
 
 ROUND_OFF = 1e-12
 """Pore pressure above the total stress that counts as equal to it, relative to the latter."""

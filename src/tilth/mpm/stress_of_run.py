@@ -11,13 +11,13 @@ import numpy as np
 
 from tilth.arrays import Flags, Floats
 from tilth.errors import BadInput
-from tilth.fields.tables import place_text
 from tilth.model import Model
 from tilth.model.initial import StressOfRun
 from tilth.model.problems import unknown_name
 from tilth.output.folder import RESULTS, read_declared
 from tilth.output.snapshot import Snapshot
 from tilth.output.vtkhdf import Results, read_results
+from tilth.variation.tables import place_text
 
 SAME_PLACE = 1e-9
 """Distance, over the size of a domain, up to which a point is at the place of another one."""

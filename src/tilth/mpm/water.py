@@ -13,10 +13,10 @@ import numpy as np
 
 from tilth.arrays import Floats
 from tilth.bodies.corners import mean_half_edges
-from tilth.fields.grid_file import RegularGrid, read_grid
-from tilth.fields.level import elevation
 from tilth.model.load_curve import LoadCurve
 from tilth.model.variation import GridFile
+from tilth.variation.grid_file import RegularGrid, read_grid
+from tilth.variation.level import elevation
 
 if TYPE_CHECKING:
     from tilth.model import Model

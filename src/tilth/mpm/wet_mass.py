@@ -7,12 +7,12 @@ import numpy as np
 
 from tilth.arrays import Flags, Floats
 from tilth.errors import BadInput
-from tilth.fields.tables import place_text
 from tilth.model import BodyForce, Model
 from tilth.model.laws import EXCESS_PORE_PRESSURE
 from tilth.model.problems import dotted
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.water import PhreaticSurface, half_extents, wet_share
+from tilth.variation.tables import place_text
 
 
 def pore_mass(points: MaterialPoints) -> Floats:

@@ -18,9 +18,9 @@ from tilth.arrays import Floats, Integers
 from tilth.boundaries.contact.make import extents
 from tilth.boundaries.contact.surface import ContactSurface
 from tilth.errors import BadInput
-from tilth.fields.tables import place_text
 from tilth.mpm.grid import Grid
 from tilth.mpm.points import MaterialPoints
+from tilth.variation.tables import place_text
 
 LEAST_CELLS = 1.0
 """Thickness in cells below which a shape is refused."""

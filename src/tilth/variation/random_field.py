@@ -6,9 +6,9 @@ from __future__ import annotations
 import numpy as np
 
 from tilth.arrays import Floats
-from tilth.fields.level import elevation
 from tilth.model.fields import per_direction
 from tilth.model.variation import RandomField
+from tilth.variation.level import elevation
 
 
 def random_values(declared: RandomField, position: Floats, key: str) -> Floats:

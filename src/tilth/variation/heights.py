@@ -9,9 +9,9 @@ import numpy as np
 
 from tilth.arrays import Floats
 from tilth.errors import BadInput
-from tilth.fields.csv_file import MOST_BYTES
-from tilth.fields.grid_file import RegularGrid, read_grid
 from tilth.input_files import require_file
+from tilth.variation.csv_file import MOST_BYTES
+from tilth.variation.grid_file import RegularGrid, read_grid
 
 NAMES = ("value", "z", "height", "elevation")
 """Names of the column of heights in a CSV file."""

@@ -9,10 +9,6 @@ import numpy as np
 
 from tilth.arrays import Floats
 from tilth.errors import BadInput
-from tilth.fields.grid_file import read_grid
-from tilth.fields.level import elevation
-from tilth.fields.random_field import random_values
-from tilth.fields.tables import interpolate, place_text
 from tilth.model.base import Declared
 from tilth.model.fields import AXES
 from tilth.model.user_function import UserFunction
@@ -26,6 +22,10 @@ from tilth.model.variation import (
     Variation,
     variations,
 )
+from tilth.variation.grid_file import read_grid
+from tilth.variation.level import elevation
+from tilth.variation.random_field import random_values
+from tilth.variation.tables import interpolate, place_text
 
 
 def parameter_values(

@@ -9,9 +9,9 @@ import numpy as np
 
 from tilth.arrays import Floats
 from tilth.errors import BadInput
-from tilth.fields.csv_file import read_csv
 from tilth.model import GroundAcceleration
 from tilth.model.fields import AXES
+from tilth.variation.csv_file import read_csv
 
 LARGEST_DRIFT = 0.02
 """Velocity at the end of a record over its greatest one, above which its baseline is off."""

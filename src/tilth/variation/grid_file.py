@@ -10,9 +10,9 @@ import numpy as np
 
 from tilth.arrays import Floats
 from tilth.errors import BadInput
-from tilth.fields.csv_file import read_csv
-from tilth.fields.tables import ROUND_OFF, place_text
 from tilth.model.fields import AXES
+from tilth.variation.csv_file import read_csv
+from tilth.variation.tables import ROUND_OFF, place_text
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,11 @@ import numpy as np
 
 from tilth.arrays import Floats
 from tilth.errors import BadInput
-from tilth.fields.grid_file import RegularGrid
-from tilth.fields.heights import read_heights
-from tilth.fields.survey import Survey, read_survey
-from tilth.fields.tables import interpolate, place_text
 from tilth.model.variation import GridFile, Level, at_survey_points
+from tilth.variation.grid_file import RegularGrid
+from tilth.variation.heights import read_heights
+from tilth.variation.survey import Survey, read_survey
+from tilth.variation.tables import interpolate, place_text
 
 
 def elevation(level: Level, position: Floats, key: str) -> Floats:

@@ -10,9 +10,9 @@ import numpy as np
 
 from tilth.arrays import Floats, Integers
 from tilth.errors import BadInput
-from tilth.fields.csv_file import read_csv
-from tilth.fields.heights import NAMES
-from tilth.fields.tables import ROUND_OFF
+from tilth.variation.csv_file import read_csv
+from tilth.variation.heights import NAMES
+from tilth.variation.tables import ROUND_OFF
 
 
 @dataclass(frozen=True)
