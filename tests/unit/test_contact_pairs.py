@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Declared contact between soil bodies, its displacement fields, and what a wrong one is told."""
+"""Declared contact between soil bodies, its overlays, and what a wrong one is told."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ def test_strength_is_asked_of_both_bodies() -> None:
     assert "'e' (hencky_elastic) has no shear strength" in refusal(given)
 
 
-# --- displacement fields ------------------------------------------------------------------------
+# --- overlays -----------------------------------------------------------------------------------
 
 
 def chain(*pairs: tuple[str, str], bodies: str = "abcd") -> dict[str, Any]:
@@ -141,24 +141,24 @@ def chain(*pairs: tuple[str, str], bodies: str = "abcd") -> dict[str, Any]:
     )
 
 
-def test_paired_bodies_have_different_fields() -> None:
+def test_paired_bodies_have_different_overlays() -> None:
     """Each the smallest number that is left, in the order of the case file."""
-    assert Model.from_dict(chain(("a", "b"))).fields() == {"a": 0, "b": 1, "c": 0, "d": 0}
-    assert Model.from_dict(chain(("b", "a"), ("b", "c"))).fields() == {
+    assert Model.from_dict(chain(("a", "b"))).overlays() == {"a": 0, "b": 1, "c": 0, "d": 0}
+    assert Model.from_dict(chain(("b", "a"), ("b", "c"))).overlays() == {
         "a": 0, "b": 1, "c": 0, "d": 0
     }  # fmt: skip
     every = [("a", "b"), ("a", "c"), ("a", "d"), ("b", "c"), ("b", "d"), ("c", "d")]
-    assert Model.from_dict(chain(*every)).fields() == {"a": 0, "b": 1, "c": 2, "d": 3}
-    assert set(Model.from_dict(entries(contact_pairs=[])).fields().values()) == {0}
+    assert Model.from_dict(chain(*every)).overlays() == {"a": 0, "b": 1, "c": 2, "d": 3}
+    assert set(Model.from_dict(entries(contact_pairs=[])).overlays().values()) == {0}
 
 
-def test_at_most_seven_fields() -> None:
+def test_at_most_seven_overlays() -> None:
     def every(names: str) -> dict[str, Any]:
         return chain(*((a, b) for i, b in enumerate(names) for a in names[:i]), bodies=names)
 
-    assert max(Model.from_dict(every("abcdefg")).fields().values()) == 6
+    assert max(Model.from_dict(every("abcdefg")).overlays().values()) == 6
     text = refusal(every("abcdefgh"))
-    assert "'h' and the bodies paired with it need 8 displacement fields" in text
+    assert "'h' and the bodies paired with it need 8 overlays" in text
 
 
 def test_bodies_that_would_pass_through_each_other() -> None:
@@ -183,7 +183,7 @@ def test_bodies_that_would_pass_through_each_other() -> None:
     )
     both = pair(), pair("block", "c")
     again = Model.from_dict(entries(*both, bodies=[ground, c, block]))
-    assert again.fields() == {"ground": 0, "c": 0, "block": 1}
+    assert again.overlays() == {"ground": 0, "c": 0, "block": 1}
     initial_points(again)
 
 
@@ -196,7 +196,7 @@ def test_bodies_in_the_bounds_of_another_are_apart(start: float, near: bool) -> 
     bar["shape"] = {"type": "box", "lower": [start, 3.0], "upper": [6.0, 4.0]}
     given = entries(pair("lid", "u"), bodies=[body("lid", 3.0, 8.0), u, bar])
     found = Model.from_dict(given)
-    assert found.fields()["u"] != found.fields()["bar"]
+    assert found.overlays()["u"] != found.overlays()["bar"]
     if near:
         with pytest.raises(BadInput, match="'u' and 'bar' begin nearer to each other than a cell"):
             initial_points(found)
@@ -241,7 +241,7 @@ def staged(*stages: dict[str, Any]) -> dict[str, Any]:
 def test_a_pair_acts_while_both_bodies_are_there() -> None:
     model = Model.from_dict(staged({}, {"activate": ["block"]}, {"deactivate": ["block"]}))
     assert [len(each.acting_pairs) for each in model.of_stages] == [0, 1, 0]
-    assert [each.fields() for each in model.of_stages] == [{"block": 0, "ground": 1}] * 3
+    assert [each.overlays() for each in model.of_stages] == [{"block": 0, "ground": 1}] * 3
 
 
 def test_a_pair_is_not_activated() -> None:
@@ -254,7 +254,7 @@ def test_bodies_that_are_never_there_together_need_no_pair() -> None:
         given = staged({}, {"deactivate": [going], "activate": ["c"]})
         given["bodies"].append(body("c", 2.5, 0.0))
         model = Model.from_dict(given)
-        assert model.fields() == {"block": 0, "ground": 1, "c": 0}
+        assert model.overlays() == {"block": 0, "ground": 1, "c": 0}
         if fits:
             initial_points(model.of_stages[0])
         else:

@@ -30,16 +30,16 @@ from tilth.mpm.points import MaterialPoints, PointRange
 from tilth.mpm.quadrature import find_cells, locate_in_cells, points_in_cells
 
 
-def domains(corner: Floats, fields: int = 1) -> tuple[MaterialPoints, ActiveGrid]:
+def domains(corner: Floats, overlays: int = 1) -> tuple[MaterialPoints, ActiveGrid]:
     """Points of CPDI2 at (2, 2, ...) with these corners (n, 2^dim, dim), and the grid they use.
 
-    fields: number of bodies, of equal numbers of points, with a displacement field each.
+    overlays: number of bodies, of equal numbers of points, with an overlay each.
     """
     count, _, dim = corner.shape
-    law, parameters, each = laws()["hencky_elastic"], np.array([1.0, 0.0]), count // fields
+    law, parameters, each = laws()["hencky_elastic"], np.array([1.0, 0.0]), count // overlays
     bodies = [
-        PointRange(str(i), i * each, (i + 1) * each, "cpdi2", None, law, parameters, 0.0, field=i)
-        for i in range(fields)
+        PointRange(str(i), i * each, (i + 1) * each, "cpdi2", None, law, parameters, 0.0, overlay=i)
+        for i in range(overlays)
     ]
     position = np.full((count, dim), 2.0)
     points = MaterialPoints.undeformed(bodies, position, np.ones(count), np.ones((count, dim)))
@@ -47,17 +47,17 @@ def domains(corner: Floats, fields: int = 1) -> tuple[MaterialPoints, ActiveGrid
     return points, locate(points, Grid(np.zeros(dim), np.ones(dim)), Buffers())
 
 
-def interpolated(active: ActiveGrid, position: Floats, field: int, nodal: Floats) -> Floats:
+def interpolated(active: ActiveGrid, position: Floats, overlay: int, nodal: Floats) -> Floats:
     """Nodal values (nodes, k) at positions (n, dim) by the functions of their cells."""
-    order, at = locate_in_cells(active, position, field)
+    order, at = locate_in_cells(active, position, overlay)
     found = np.empty((len(position), nodal.shape[1]))
     found[order] = at.interpolate(nodal)
     return found
 
 
 @pytest.mark.parametrize("dim", [2, 3])
-@pytest.mark.parametrize("fields", [1, 2])
-def test_trace_of_distorted_domains(dim: int, fields: int) -> None:
+@pytest.mark.parametrize("overlays", [1, 2])
+def test_trace_of_distorted_domains(dim: int, overlays: int) -> None:
     """At places in them, also at their corners and a little outside, and the mean of two places.
 
     Outside of the core: sum_c w_c u(x_c) with the weights from which the places were made.
@@ -68,11 +68,11 @@ def test_trace_of_distorted_domains(dim: int, fields: int) -> None:
     xi[:50] = np.sign(xi[:50])
     weight = (0.5 * (1.0 + corner_signs(dim) * xi[:, None])).prod(axis=2)
     position = 2.0 + np.einsum("nc,nci->ni", weight, corner)
-    points, active = domains(corner, fields)
+    points, active = domains(corner, overlays)
     nodal = np.column_stack([active.position, random.uniform(size=active.nodes)])
     exact = np.empty((300, dim + 1))
     for own in range(300):
-        of_corners = interpolated(active, 2.0 + corner[own], own // (300 // fields), nodal)
+        of_corners = interpolated(active, 2.0 + corner[own], own // (300 // overlays), nodal)
         exact[own] = weight[own] @ of_corners
     np.testing.assert_allclose(exact[:, :dim], position, atol=1e-12)
     sample = random.permutation(300)

@@ -235,7 +235,7 @@ def test_a_checkpoint_of_another_format_is_refused(
     write_checkpoint(
         folder / "checkpoint.npz", arrays, meta if version is None else meta | {"format": version}
     )
-    with pytest.raises(BadInput, match=r"this version of tilth .* reads format 6"):
+    with pytest.raises(BadInput, match=r"this version of tilth .* reads format 7"):
         resume(folder, quiet=True)
 
 

@@ -170,7 +170,7 @@ def test_only_the_telling_residual_is_kept_after_an_attempt() -> None:
     assert crept.telling is None
 
 
-def test_the_nearest_point_is_of_the_nodes_displacement_field() -> None:
+def test_the_nearest_point_is_of_the_nodes_overlay() -> None:
     """Of bodies that may part, the point of the other one may be nearer to a node."""
 
     class Points(SimpleNamespace):
@@ -178,10 +178,10 @@ def test_the_nearest_point_is_of_the_nodes_displacement_field() -> None:
             return len(self.position)
 
     place = np.array([[0.1, 0.0], [0.3, 0.0]])
-    points = Points(position=place, fields_of=lambda chosen: np.array([0, 1])[chosen])
-    nodes = {"points": points, "position": np.zeros((2, 2)), "field": np.array([0, 1])}
-    for fields, nearest in ((1, [0, 0]), (2, [0, 1])):
-        active: Any = SimpleNamespace(fields=fields, **nodes)
+    points = Points(position=place, overlays_of=lambda chosen: np.array([0, 1])[chosen])
+    nodes = {"points": points, "position": np.zeros((2, 2)), "overlay": np.array([0, 1])}
+    for overlays, nearest in ((1, [0, 0]), (2, [0, 1])):
+        active: Any = SimpleNamespace(overlays=overlays, **nodes)
         assert [nearest_point(active, node) for node in (0, 1)] == nearest
 
 

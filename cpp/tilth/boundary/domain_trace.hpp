@@ -62,7 +62,7 @@ struct Domains {
 };
 
 /// Samples of places: place q has `start[q]` to `start[q + 1]`, each at a position (samples, Dim)
-/// on the domain of its `owner`, whose displacement field adds `shift` to the keys of nodes.
+/// on the domain of its `owner`, whose overlay adds `shift` to the keys of nodes.
 struct TraceSamples {
   const std::int64_t* start;
   const double* position;

@@ -27,7 +27,7 @@ struct CellsWithSoil {
 /// cell's lowest node. The cell is the one that contains the position if it has soil, otherwise the
 /// nearest of its neighbours with soil. Of two equally near cells, for example with a common face
 /// on which the position lies, the one with the nearer centre is taken. A position without such a
-/// cell is assigned to the cell that contains it. `shift` is what the displacement field of the
+/// cell is assigned to the cell that contains it. `shift` is what the overlay of the
 /// soil adds to keys.
 template <int Dim>
 Lattice find_cell(const double* position, const CellsWithSoil& cells, std::int64_t shift,

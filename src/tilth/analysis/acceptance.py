@@ -68,7 +68,7 @@ def warn(
     warnings, grid = simulation.run_warnings, simulation.grid
     driven = step.driven  # of all processes; below only some may go on
     warnings.bounds(bound_domains(simulation.points, grid))
-    if step.active.fields > 1:
+    if step.active.overlays > 1:
         warnings.unpaired(simulation.model, simulation.points, grid)
     with simulation.timers.measure("boundaries"):
         warnings.depths(

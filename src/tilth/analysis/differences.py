@@ -93,7 +93,7 @@ def _declared(model: Model) -> dict[str, Any]:
         "rigid_bodies": model.rigid_bodies,
         "contact_pairs": (
             model.acting_pairs,
-            {body.name: model.fields()[body.name] for body in model.present_bodies},
+            {body.name: model.overlays()[body.name] for body in model.present_bodies},
         ),
         "loads": [load for _, load in model.acting_loads()],
         "water": model.water,

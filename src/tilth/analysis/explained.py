@@ -56,7 +56,7 @@ class Largest:
     Attributes:
         node: its position at the start of the step [length], shape (dim,).
         force: what is out of balance there [force], shape (dim,).
-        point: permanent number of the nearest material point of the node's displacement field.
+        point: permanent number of the nearest material point of the node's overlay.
         at: position of this point at the start of the step [length], shape (dim,).
         body: name of its body.
         term: label of the term whose force there is the largest along the residual.

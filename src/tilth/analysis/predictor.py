@@ -114,7 +114,7 @@ class Predictor:
         if not grid.graded:
             largest = np.abs(self.displacement).max(axis=0, initial=0.0)
             return comm.max(float((largest / grid.cell_size).max()))
-        lattice, _ = places_of_keys(self.key, active.fields)
+        lattice, _ = places_of_keys(self.key, active.overlays)
         in_cells = np.abs(self.displacement / grid.sizes(lattice[:, : grid.dim]))
         return comm.max(float(in_cells.max(initial=0.0)))
 
@@ -126,7 +126,7 @@ class Predictor:
         """
         own, key = self.displacement[node], self.key[node]
         found = own.copy()
-        lattice, grid = places_of_keys(key, active.fields)[0][:, : active.grid.dim], active.grid
+        lattice, grid = places_of_keys(key, active.overlays)[0][:, : active.grid.dim], active.grid
         corner, *ends = lattice_keys(np.vstack([np.zeros_like(self._axes[:1]), self._axes]))
         for axis, end in enumerate(ends):
             side = np.where(own[:, axis] < 0.0, 1, -1)

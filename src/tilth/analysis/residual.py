@@ -157,10 +157,10 @@ class Residual:
 
 
 def nearest_point(active: ActiveGrid, node: int) -> int:
-    """Returns the index of the material point nearest to a node, of its displacement field."""
+    """Returns the index of the material point nearest to a node, of its overlay."""
     points = active.points
     distance = np.linalg.norm(points.position - active.position[node], axis=1)
-    if active.fields > 1:
-        field = points.fields_of(np.arange(len(points)))
-        distance[field != active.field[node]] = np.inf
+    if active.overlays > 1:
+        overlay = points.overlays_of(np.arange(len(points)))
+        distance[overlay != active.overlay[node]] = np.inf
     return int(distance.argmin())

@@ -193,13 +193,13 @@ class RunWarnings:
                 )
 
     def unpaired(self, model: Model, points: MaterialPoints, grid: Grid) -> None:
-        """Bodies of different displacement fields in the same cells, without a contact pair."""
+        """Bodies of different overlays in the same cells, without a contact pair."""
         paired = [frozenset(pair.bodies) for _, pair in model.acting_pairs]
         bodies = points.whole_bodies()
         for i, (body, own) in enumerate(bodies):
             for other, others in bodies[:i]:
                 names = frozenset((body.name, other.name))
-                if body.field == other.field or names in paired:
+                if body.overlay == other.overlay or names in paired:
                     continue
                 one, two = points.position[own], points.position[others]
                 low, high = np.maximum(one.min(axis=0), two.min(axis=0)), one.max(axis=0)
@@ -213,9 +213,9 @@ class RunWarnings:
                     self.note(
                         f"passage of {other.name} and {body.name}",
                         f"contact_pairs: the bodies {other.name!r} and {body.name!r} have come "
-                        "into the same cells. They have no contact pair, but displacement fields "
-                        "of their own because of their contact with others, so that they pass "
-                        f'through each other; declare a pair with bodies = ["{other.name}", '
+                        "into the same cells. They have no contact pair, but overlays "
+                        "(nodes) of their own because of their contact with others, so that they "
+                        f'pass through each other; declare a pair with bodies = ["{other.name}", '
                         f'"{body.name}"]',
                     )
 

@@ -351,7 +351,7 @@ class Simulation:
             self.run_warnings.bounds(bound_domains(self.points, self.grid))
         self.points = self.distribution.arranged(self.points, self.grid)
         with together(self.comm):
-            active = locate(self.points, self.grid, self._buffers, self.distribution.fields)
+            active = locate(self.points, self.grid, self._buffers, self.distribution.overlays)
         return self.distribution.located(active)
 
     def prepare(self, before: float, after: float) -> PreparedStep:

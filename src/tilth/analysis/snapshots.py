@@ -80,13 +80,13 @@ def snapshot(
             "reaction": zero if result is None else result.reaction,
         },
         surfaces=simulation.surface_shapes(),
-        body_fields=_different(tuple(simulation.model.fields().values())),
+        body_fields=_different(tuple(simulation.model.overlays().values())),
     )
 
 
-def _different(fields: tuple[int, ...]) -> tuple[int, ...]:
-    """Returns numbers of displacement fields, or none where all are the same."""
-    return fields if any(fields) else ()
+def _different(overlays: tuple[int, ...]) -> tuple[int, ...]:
+    """Returns numbers of overlays, or none where all are the same."""
+    return overlays if any(overlays) else ()
 
 
 def _varying(points: MaterialPoints, name: str, number: Integers) -> Floats:

@@ -27,7 +27,7 @@ def outer_nodes(active: ActiveGrid) -> Flags:
     for shift in np.ndindex(*(4,) * dim):
         cell = active.lattice.copy()
         cell[:, :dim] += np.array(shift) - 2
-        outer |= ~np.isin(lattice_keys(cell, active.field), active.occupied)
+        outer |= ~np.isin(lattice_keys(cell, active.overlay), active.occupied)
     return outer
 
 

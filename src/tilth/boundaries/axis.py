@@ -49,7 +49,7 @@ class AxisConstraints:
     Attributes:
         conditions: all essential conditions, including those on the axis.
         row: lattice coordinates along y of the rows that the penalty acts on, shape (n,).
-        field: displacement field of each row, shape (n,).
+        overlay: of each row, shape (n,).
         node: the two nodes of each row on either side of the axis, shape (n, 2).
         value: their shape functions at r = 0 [-], shape (n, 2).
         stiffness: force per radial displacement at r = 0 [force/length], shape (n,).
@@ -58,7 +58,7 @@ class AxisConstraints:
 
     conditions: Conditions
     row: Integers
-    field: Integers
+    overlay: Integers
     node: npt.NDArray[np.int32]
     value: Floats
     stiffness: Floats
@@ -91,8 +91,8 @@ class Axis:
 
     Attributes:
         height: y of the rows with a force at the end of the last step, ascending in each
-            displacement field [length], shape (n,).
-        field: displacement field of these rows, ascending, shape (n,).
+            overlay [length], shape (n,).
+        overlay: of these rows, ascending, shape (n,).
         carried: this force on each row [force], shape (n,).
     """
 
@@ -100,13 +100,13 @@ class Axis:
         self._keys = model.boundary_keys()
         self._rows = AxisRows(model, initial) if model.analysis.kind == "axisymmetric" else None
         self.height: Floats = np.zeros(0)
-        self.field: Integers = np.zeros(0, dtype=np.int64)
+        self.overlay: Integers = np.zeros(0, dtype=np.int64)
         self.carried: Floats = np.zeros(0)
 
     def heights(self, active: ActiveGrid) -> tuple[Integers, Floats]:
         """Returns the rows of nodes with soil on the axis, and their y [length], (n,) each.
 
-        They are ascending in each displacement field.
+        They are ascending in each overlay.
         """
         if self._rows is None:
             return np.zeros(0, dtype=np.int64), np.zeros(0)
@@ -131,19 +131,19 @@ class Axis:
         """
         if self._rows is None:
             return AxisConstraints.without_penalty(conditions)
-        row, field, modulus = self._rows.find(active, boundaries, time)
+        row, overlay, modulus = self._rows.find(active, boundaries, time)
         column, fraction = _columns(active.grid)
         greatest = active.comm.max(float(np.abs(conditions.increment[:, 0]).max(initial=0.0)))
         constrained = np.zeros(active.nodes, dtype=bool)
-        beyond = _nodes(active, column - 1, row, field)
+        beyond = _nodes(active, column - 1, row, overlay)
         constrained[beyond[beyond >= 0]] = True
         if fraction > 0.0:
             conditions = conditions.with_axis(constrained)
             with together(active.comm):
                 return self._between(
-                    active, conditions, row, field, modulus, column, fraction, greatest
+                    active, conditions, row, overlay, modulus, column, fraction, greatest
                 )
-        on_axis = _nodes(active, column, row, field)
+        on_axis = _nodes(active, column, row, overlay)
         with together(active.comm):
             one = np.ones((len(row), 1))
             self._refuse_motion(conditions, active, on_axis[:, None], one, greatest)
@@ -155,7 +155,7 @@ class Axis:
         active: ActiveGrid,
         conditions: Conditions,
         row: Integers,
-        field: Integers,
+        overlay: Integers,
         modulus: Floats,
         column: int,
         fraction: float,
@@ -166,7 +166,7 @@ class Axis:
         greatest: see `_refuse_motion`.
         """
         grid = active.grid
-        nodes = np.stack([_nodes(active, column + k, row, field) for k in range(3)], axis=1)
+        nodes = np.stack([_nodes(active, column + k, row, overlay) for k in range(3)], axis=1)
         inactive = nodes[:, 0] < 0  # no soil in the cell on the axis: extrapolated from the next
         pair = np.where(inactive[:, None], nodes[:, 1:], nodes[:, :2])
         width, following = grid.sizes(np.array([[column, 0], [column + 1, 0]]))[:, 0]
@@ -175,7 +175,7 @@ class Axis:
         both_active = (pair >= 0).all(axis=1)
         self._refuse_motion(conditions, active, pair[both_active], value[both_active], greatest)
         free = both_active & ~conditions.constrained[pair, 0].all(axis=1)
-        row, field = row[free], field[free]
+        row, overlay = row[free], overlay[free]
         band = RELATIVE_BAND_WIDTH * grid.cell_size.min()
         place = np.stack([np.full(len(row), column), row], axis=1)
         height = grid.sizes_around(place)[:, 1]
@@ -184,21 +184,21 @@ class Axis:
         return AxisConstraints(
             conditions=conditions,
             row=row,
-            field=field,
+            overlay=overlay,
             node=pair[free].astype(np.int32),
             value=value[free],
             stiffness=PENALTY_FACTOR * modulus[free] / band * area,
-            before=self._carried_at(_height(grid, row), field, spacing),
+            before=self._carried_at(_height(grid, row), overlay, spacing),
         )
 
-    def _carried_at(self, height: Floats, field: Integers, spacing: Floats) -> Floats:
+    def _carried_at(self, height: Floats, overlay: Integers, spacing: Floats) -> Floats:
         """Returns the forces of the last step's rows within half a spacing [force], otherwise 0.
 
         spacing: to the rows of nodes below and above [length], shape (2, n).
         """
         found = np.zeros(len(height))
-        for number in np.unique(self.field):
-            own, before = field == number, self.field == number
+        for number in np.unique(self.overlay):
+            own, before = overlay == number, self.overlay == number
             last, carried = self.height[before], self.carried[before]
             below, above = 0.5 * spacing[:, own]
             nearest = np.searchsorted(last, height[own] - below)
@@ -214,26 +214,26 @@ class Axis:
         All processes store those of all rows.
         """
         slip = (step.value * displacement[step.node, 0]).sum(axis=1)
-        rows = _height(active.grid, step.row), step.field, step.before + step.stiffness * slip
+        rows = _height(active.grid, step.row), step.overlay, step.before + step.stiffness * slip
         if active.shared is not None:
             own = active.shared.owns(active.key[step.node[:, 0]])
             parts = active.comm.gathered([each[own] for each in rows])
-            height, field, carried = (np.concatenate(each) for each in zip(*parts, strict=True))
-            order = np.lexsort((height, field))
-            rows = height[order], field[order], carried[order]
-        self.height, self.field, self.carried = rows
+            height, overlay, carried = (np.concatenate(each) for each in zip(*parts, strict=True))
+            order = np.lexsort((height, overlay))
+            rows = height[order], overlay[order], carried[order]
+        self.height, self.overlay, self.carried = rows
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns the arrays for a checkpoint."""
-        return {"place": self.height, "field": self.field, "carried": self.carried}
+        return {"place": self.height, "overlay": self.overlay, "carried": self.carried}
 
     def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
         """Restores the state of a checkpoint; raises `ValueError` if it is no such state."""
-        require_table(state, increasing="field", strictly=False)
-        for number in np.unique(state["field"]):
-            own = {"place": state["place"][state["field"] == number]}
+        require_table(state, increasing="overlay", strictly=False)
+        for number in np.unique(state["overlay"]):
+            own = {"place": state["place"][state["overlay"] == number]}
             require_table(own, increasing="place", strictly=False)
-        self.height, self.field, self.carried = state["place"], state["field"], state["carried"]
+        self.height, self.overlay, self.carried = state["place"], state["overlay"], state["carried"]
 
     def _refuse_motion(
         self,
@@ -279,10 +279,10 @@ def _columns(grid: Grid) -> tuple[int, float]:
     return column, float(axis - column)
 
 
-def _nodes(active: ActiveGrid, column: int, row: Integers, field: Integers) -> Integers:
+def _nodes(active: ActiveGrid, column: int, row: Integers, overlay: Integers) -> Integers:
     """Returns the nodes of a column in some rows, -1 where not active, shape (n,)."""
     lattice = np.stack([np.full(len(row), column), row, np.zeros_like(row)], axis=1)
-    return active.find(lattice, field)
+    return active.find(lattice, overlay)
 
 
 def _height(grid: Grid, row: Integers) -> Floats:

@@ -59,12 +59,12 @@ class AxisRows:
     def find(
         self, active: ActiveGrid, boundaries: Sequence[Implicit] = (), time: float = 0.0
     ) -> tuple[Integers, Integers, Floats]:
-        """Returns the rows' lattice coordinates along y, fields, and the soil's Young's modulus.
+        """Returns the rows' lattice coordinates along y, overlays, and the soil's Young's modulus.
 
         boundaries: those that can be between soil and axis, at `time`.
 
-        Field after field, in each of which the rows ascend. The largest modulus where soils of one
-        field meet [stress]; shape (n,) each.
+        Overlay after overlay, in each of which the rows ascend. The largest modulus where soils of
+        one overlay meet [stress]; shape (n,) each.
         """
         points, grid = active.points, active.grid
         number = np.flatnonzero(self._at_axis(points, _width_at_axis(grid)))
@@ -79,13 +79,13 @@ class AxisRows:
             np.repeat(position, count, axis=0), every, grid, boundaries, time
         )
         number, every = np.repeat(number, count)[kept], every[kept]
-        field = np.broadcast_to(points.fields_of(number), len(number))
-        code, index = np.unique((field << _ROW_BITS) + every, return_inverse=True)
-        fields = (code + (1 << (_ROW_BITS - 1))) >> _ROW_BITS
-        row = code - (fields << _ROW_BITS)
+        overlay = np.broadcast_to(points.overlays_of(number), len(number))
+        code, index = np.unique((overlay << _ROW_BITS) + every, return_inverse=True)
+        overlays = (code + (1 << (_ROW_BITS - 1))) >> _ROW_BITS
+        row = code - (overlays << _ROW_BITS)
         modulus = np.zeros(len(row))
         np.maximum.at(modulus, index, points.elastic_moduli().young[number])
-        return row, fields, modulus
+        return row, overlays, modulus
 
     def _at_axis(self, points: MaterialPoints, cell_width: float) -> Flags:
         """Returns which points' soil extends to the axis, shape (n,).

@@ -74,10 +74,10 @@ class Nodal:
         for side in (-1, 1):
             step = np.zeros(3, dtype=np.int64)
             step[axis] = side
-            foot, field = active.lattice[on_plane], active.field[on_plane]
-            node = active.find(foot + step, field)
-            on_both_sides = (node >= 0) & (active.find(foot - step, field) >= 0)
-            foot, node, field = foot[on_both_sides], node[on_both_sides], field[on_both_sides]
+            foot, overlay = active.lattice[on_plane], active.overlay[on_plane]
+            node = active.find(foot + step, overlay)
+            on_both_sides = (node >= 0) & (active.find(foot - step, overlay) >= 0)
+            foot, node, overlay = foot[on_both_sides], node[on_both_sides], overlay[on_both_sides]
             if len(node) == 0:
                 continue
             filled = np.zeros(len(node), dtype=bool)
@@ -85,7 +85,7 @@ class Nodal:
                 cell = foot.copy()
                 cell[:, axis] += min(side, 0)
                 cell[:, other_axes] += 1 - np.array(shift)  # -2 to 1: nodes near soil stay free
-                filled |= np.isin(lattice_keys(cell, field), active.occupied)
+                filled |= np.isin(lattice_keys(cell, overlay), active.occupied)
             beyond[node[~filled]] = True
         return beyond
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Contact between two soil bodies, and the displacement fields that their bodies need for it."""
+"""Contact between two soil bodies, and the overlays that their bodies need for it."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from tilth.model.model import Model
     from tilth.model.shapes import Bounds
 
-MOST_FIELDS = 7
-"""Displacement fields in one grid, at most."""
+MOST_OVERLAYS = 7
+"""Overlays in one grid, at most."""
 
 _TWO = 'name two soil bodies, such as bodies = ["block", "ground"]'
 
@@ -70,18 +70,18 @@ class ContactPair(Declared):
     """
 
 
-def displacement_fields(bodies: Sequence[Body], pairs: Sequence[ContactPair]) -> dict[str, int]:
-    """Returns the number of the displacement field of each body, by name.
+def overlays_of_bodies(bodies: Sequence[Body], pairs: Sequence[ContactPair]) -> dict[str, int]:
+    """Returns the number of the overlay of each body, by name.
 
     In the order of the case file each body has the smallest number that differs from those of the
     bodies with which it is paired.
     """
-    fields: dict[str, int] = {}
+    overlays: dict[str, int] = {}
     for body in bodies:
         partners = {n for pair in pairs if body.name in pair.bodies for n in pair.bodies}
-        taken = {fields[name] for name in partners & fields.keys()}
-        fields[body.name] = min(set(range(len(taken) + 1)) - taken)
-    return fields
+        taken = {overlays[name] for name in partners & overlays.keys()}
+        overlays[body.name] = min(set(range(len(taken) + 1)) - taken)
+    return overlays
 
 
 def contact_pair_problems(model: Model) -> Iterator[Problem]:
@@ -117,30 +117,30 @@ def _surface_problems(model: Model, key: str, body: Body) -> Iterator[Problem]:
         yield Problem(key, what, remedy, body.name)
 
 
-def field_problems(model: Model) -> Iterator[Problem]:
-    """Yields too many fields."""
-    fields = model.fields()
-    if max(fields.values()) >= MOST_FIELDS:
-        most = max(fields, key=fields.__getitem__)
+def overlay_problems(model: Model) -> Iterator[Problem]:
+    """Yields too many overlays."""
+    overlays = model.overlays()
+    if max(overlays.values()) >= MOST_OVERLAYS:
+        most = max(overlays, key=overlays.__getitem__)
         what = (
-            f"{most!r} and the bodies paired with it need {max(fields.values()) + 1} displacement "
-            f"fields, and there can be {MOST_FIELDS}"
+            f"{most!r} and the bodies paired with it need {max(overlays.values()) + 1} "
+            f"overlays, and there can be {MOST_OVERLAYS}"
         )
         yield Problem("contact_pairs", what, "declare fewer pairs between the same bodies")
 
 
 def unpaired_bodies(model: Model) -> Iterator[tuple[str, str]]:
-    """Yields names of bodies of different fields that have no contact pair but may meet.
+    """Yields names of bodies of different overlays that have no contact pair but may meet.
 
     They are there at the same time, and bounding boxes, where they are known, are near.
     """
-    fields = model.fields()
+    overlays = model.overlays()
     paired = {frozenset(pair.bodies) for pair in model.contact_pairs}
     bounds = {body.name: body.shape.bounds() for body in model.bodies}
     for i, body in enumerate(model.bodies):
         for other in model.bodies[:i]:
             names = other.name, body.name
-            if fields[body.name] == fields[other.name] or frozenset(names) in paired:
+            if overlays[body.name] == overlays[other.name] or frozenset(names) in paired:
                 continue
             if _together(model, *names) and _near(model, bounds[body.name], bounds[other.name]):
                 yield names

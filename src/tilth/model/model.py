@@ -17,7 +17,7 @@ from tilth.model.base import DeclaredFile
 from tilth.model.bodies import Body
 from tilth.model.boundaries import AffineBoundary, Boundary, NodeBoundary, PlaneBoundary
 from tilth.model.checks import problems_between_entries, state_variable_problems
-from tilth.model.contact_pairs import ContactPair, displacement_fields
+from tilth.model.contact_pairs import ContactPair, overlays_of_bodies
 from tilth.model.fields import AXES, AsTuple, Entries, Name, Text
 from tilth.model.geometry import DeclaredGeometry
 from tilth.model.grading import (
@@ -307,13 +307,13 @@ class Model(DeclaredFile):
         """The bodies that are there in this stage."""
         return [body for body in self.bodies if self.present(body.name)]
 
-    def fields(self) -> dict[str, int]:
-        """Returns the number of the displacement field of each body, by name.
+    def overlays(self) -> dict[str, int]:
+        """Returns the number of the overlay of each body, by name.
 
-        All bodies have the field 0 if there are no contact pairs. A body has the same field in all
-        stages.
+        All bodies have the overlay 0 if there are no contact pairs. A body has the same overlay in
+        all stages.
         """
-        return displacement_fields(self.bodies, self.contact_pairs)
+        return overlays_of_bodies(self.bodies, self.contact_pairs)
 
     @property
     def acting_pairs(self) -> list[tuple[str, ContactPair]]:

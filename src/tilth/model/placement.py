@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from tilth.errors import Problem
 from tilth.model.boundaries import NodeBoundary, PlaneBoundary
-from tilth.model.contact_pairs import field_problems
+from tilth.model.contact_pairs import overlay_problems
 from tilth.model.fields import AXES
 from tilth.model.implicit import ImplicitBoundary
 from tilth.model.problems import below
@@ -32,7 +32,7 @@ def geometry_problems(model: Model) -> list[Problem]:
         *_off_grid_lines(model),
         *_implicit(model),
         *_out_of_bounds(model),
-        *field_problems(model),
+        *overlay_problems(model),
     ]
 
 

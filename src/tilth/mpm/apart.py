@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Bodies that begin near each other with different displacement fields and without contact."""
+"""Bodies that begin near each other with different overlays and without contact."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def require_apart(model: Model, points: MaterialPoints, grid: Grid) -> None:
     The gap is that between the domains of their points, the largest of those along the axes.
 
     Args:
-        model: with contact pairs, because of which bodies have displacement fields of their own.
+        model: with contact pairs, because of which bodies have overlays of their own.
         points: undeformed, of all bodies.
         grid: the background grid.
 
@@ -43,7 +43,7 @@ def require_apart(model: Model, points: MaterialPoints, grid: Grid) -> None:
         raise BadInput(
             f"the bodies {one!r} and {other!r} begin nearer to each other than a cell: at "
             f"{place_text(np.array(place))} they are {max(gap, 0.0):.2g} of a cell apart. They "
-            "have no contact pair, but displacement fields of their own because of their contact "
+            "have no contact pair, but overlays (nodes) of their own because of their contact "
             "with others: they would pass through each other",
             f'declare a pair with bodies = ["{one}", "{other}"]; if they stick together, list '
             "these two before all other bodies of pairs",

@@ -115,9 +115,9 @@ class Distribution:
         return self.comm.size == 1
 
     @property
-    def fields(self) -> int:
-        """Number of displacement fields of all processes' points."""
-        return max(body.field for body in self._bodies) + 1
+    def overlays(self) -> int:
+        """Number of overlays of all processes' points."""
+        return max(body.overlay for body in self._bodies) + 1
 
     @property
     def total(self) -> int:
@@ -181,7 +181,7 @@ class Distribution:
             return active
         rank = self.comm.rank
         self.own = self.boxes.owner(_cells(active.points, active.grid)) == rank
-        shared = SharedNodes(self.comm, self.boxes, active.key, active.fields)
+        shared = SharedNodes(self.comm, self.boxes, active.key, active.overlays)
         return replace(active, shared=shared)
 
     def _share_out(self, cell: Integers) -> None:
@@ -201,7 +201,7 @@ class Distribution:
         return np.asarray(self.boxes.owner(self._places(key)) == self.comm.rank)
 
     def _places(self, key: Integers) -> Integers:
-        return places_of_keys(key, 1 + max(body.field for body in self._bodies))[0]
+        return places_of_keys(key, 1 + max(body.overlay for body in self._bodies))[0]
 
     def _hand_out(self, keyed: KeyedRows, before: Boxes | None) -> None:
         """Gives each process the rows of the cells of its box and around it.

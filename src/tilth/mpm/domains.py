@@ -45,7 +45,7 @@ def moved_domains(
     for number, body in enumerate(points.bodies):
         if body.basis != "cpdi2":
             continue
-        part, own = points.part(body), active.of_field(body.field)
+        part, own = points.part(body), active.of_overlay(body.overlay)
         moved, shift = np.empty_like(part.corner), np.empty_like(part.position)
         folded = _core.move_corners(
             part.position, part.corner, own.key, displacement[own.nodes], active.grid,
@@ -62,7 +62,7 @@ def move_domain_faces(points: MaterialPoints, active: ActiveGrid, displacement: 
     """Moves the faces of GIMP domains with the grid (rule "corners"), before the points move."""
     for body in points.bodies:
         if body.domain_update == "corners":
-            part, own = points.part(body), active.of_field(body.field)
+            part, own = points.part(body), active.of_overlay(body.overlay)
             _core.move_domain_faces(
                 part.position, own.key, displacement[own.nodes], active.grid,
                 part.half_length,

@@ -140,7 +140,7 @@ class Centres:
     def of(cls, points: MaterialPoints, stencil: Stencil, active: ActiveGrid, kind: str) -> Centres:
         """Returns the cells of one body's points (`points` contains only these)."""
         grid, n, axisymmetric = active.grid, len(points), kind == "axisymmetric"
-        own = active.of_field(points.bodies[0].field)
+        own = active.of_overlay(points.bodies[0].overlay)
         volume = points.volume
         if points.bodies[0].has_corners:
             cell_start = stencil.cell_start
@@ -155,7 +155,7 @@ class Centres:
             )  # fmt: skip
             corner_node = np.zeros(0, dtype=np.int32)
         share_start, share, moment, hoop_share, hoop_moment = shares
-        lattice = np.asarray(_core.lattice(own.cell_keys))  # as in the field 0
+        lattice = np.asarray(_core.lattice(own.cell_keys))  # as in the overlay 0
         gradient = mean_gradients(np.asarray(moment), grid.sizes(lattice[:, : grid.dim]))
         hoop_gradient = hoop_gradients(np.asarray(hoop_moment))
         centres = cls(

@@ -15,15 +15,15 @@ from tilth import _core, grid_lines
 from tilth.arrays import Floats, Integers, Shorts
 from tilth.comm import SERIAL, Communicator
 from tilth.errors import StepFailed
-from tilth.mpm.field_of_grid import FieldOfGrid, field_of_grid
 from tilth.mpm.groups import Groups, group
 from tilth.mpm.keys import (
     LARGEST_INDEX,
-    field_shift,
     find_keys,
     lattice_keys,
+    overlay_shift,
     places_of_keys,
 )
+from tilth.mpm.overlay import Overlay, overlay_of_grid
 from tilth.mpm.pattern import Elements, Pattern
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.shared_nodes import Number, SharedNodes
@@ -154,11 +154,11 @@ class Buffers:
         key: Integers,
         groups: list[tuple[Integers, Shorts]],
         couplings: list[tuple[Integers, Shorts]],
-        fields: int,
+        overlays: int,
     ) -> Pattern:
         """Returns the pattern of these nodes, groups and couplings; the last step's if equal."""
         if self._pattern is None or not self._pattern.matches(key, groups, couplings):
-            self._pattern = Pattern(key, groups, couplings, fields)
+            self._pattern = Pattern(key, groups, couplings, overlays)
         return self._pattern
 
 
@@ -166,12 +166,12 @@ class Buffers:
 class ActiveGrid:
     """Nodes and cells of the grid in the points' supports in one step; discarded after the step.
 
-    Bodies of different displacement fields have nodes and cells of their own at the same places,
-    those of one field after those of the other (`mpm/keys.py`).
+    Bodies of different overlays have nodes and cells of their own at the same places,
+    those of one overlay after those of the other (`mpm/keys.py`).
 
     Attributes:
         grid: its lines.
-        key: sorted keys of the active nodes, shape (nodes,); field after field, x fastest.
+        key: sorted keys of the active nodes, shape (nodes,); overlay after overlay, x fastest.
         stencils: one per body, in the order of the bodies.
         points: the points that are located.
         cell_keys: sorted keys of the cells in the points' supports; the key of a cell is that of
@@ -179,7 +179,7 @@ class ActiveGrid:
         buffers: memory that the steps reuse.
         couplings: further nodes that the matrix couples: see `with_couplings`.
         shared: the nodes that other processes have, too; None in a serial run.
-        fields: number of displacement fields.
+        overlays: their number.
     """
 
     grid: Grid
@@ -190,7 +190,7 @@ class ActiveGrid:
     buffers: Buffers
     couplings: Sequence[tuple[Integers, Shorts]] = ()
     shared: SharedNodes | None = None
-    fields: int = 1
+    overlays: int = 1
 
     @property
     def nodes(self) -> int:
@@ -245,19 +245,19 @@ class ActiveGrid:
         return self._places[0]
 
     @property
-    def field(self) -> Integers:
-        """Displacement field of the active nodes, shape (nodes,)."""
+    def overlay(self) -> Integers:
+        """Overlay of the active nodes, shape (nodes,)."""
         return self._places[1]
 
     @cached_property
     def _places(self) -> tuple[Integers, Integers]:
-        return places_of_keys(self.key, self.fields)
+        return places_of_keys(self.key, self.overlays)
 
-    def of_field(self, number: int) -> FieldOfGrid:
-        """Returns the nodes and cells of a displacement field."""
-        if self.fields == 1:
-            return FieldOfGrid(0, 0, self.key, self.cell_keys)
-        return field_of_grid(self.key, self.cell_keys, number, self.fields)
+    def of_overlay(self, number: int) -> Overlay:
+        """Returns the nodes and cells of an overlay."""
+        if self.overlays == 1:
+            return Overlay(0, 0, self.key, self.cell_keys)
+        return overlay_of_grid(self.key, self.cell_keys, number, self.overlays)
 
     @cached_property
     def position(self) -> Floats:
@@ -266,21 +266,21 @@ class ActiveGrid:
 
     @cached_property
     def occupied(self) -> Integers:
-        """Sorted keys of the cells that contain a material point of their field.
+        """Sorted keys of the cells that contain a material point of their overlay.
 
         It must be evaluated before the points move.
         """
         cell = np.floor(self.grid.in_cells(self.points.position))
-        field = self.points.fields_of(np.arange(len(self.points)))
-        return np.unique(lattice_keys(cell.astype(np.int64), field))
+        overlay = self.points.overlays_of(np.arange(len(self.points)))
+        return np.unique(lattice_keys(cell.astype(np.int64), overlay))
 
-    def find(self, lattice: Integers, field: Integers | int = 0) -> Integers:
+    def find(self, lattice: Integers, overlay: Integers | int = 0) -> Integers:
         """Returns the numbers of the nodes at lattice indices (n, 3); -1 where none is active.
 
-        field: of the nodes, one number or shape (n,).
+        overlay: of the nodes, one number or shape (n,).
         """
         keys = np.asarray(_core.node_keys(lattice))
-        return find_keys(self.key, keys if self.fields == 1 else keys + field_shift(field))
+        return find_keys(self.key, keys if self.overlays == 1 else keys + overlay_shift(overlay))
 
     def with_couplings(self, couplings: Sequence[tuple[Integers, Shorts]]) -> ActiveGrid:
         """Returns the same grid whose matrix also couples the nodes of further elements.
@@ -302,7 +302,7 @@ class ActiveGrid:
         number = np.searchsorted(new, self.key).astype(np.int32)
         stencils = [replace(each, node=number[each.node]) for each in self.stencils]
         extra = np.searchsorted(new, missing)
-        shared = SharedNodes(self.comm, self.shared.boxes, new, self.fields, extra)
+        shared = SharedNodes(self.comm, self.shared.boxes, new, self.overlays, extra)
         return replace(self, key=new, stencils=stencils, shared=shared)
 
     @property
@@ -319,7 +319,7 @@ class ActiveGrid:
         if self.shared is not None:  # each node has a diagonal block
             extra = self.shared.extra.astype(np.int32)
             couplings.append((np.arange(len(extra) + 1), extra))
-        return self.buffers.pattern(self.key, groups, couplings, self.fields)
+        return self.buffers.pattern(self.key, groups, couplings, self.overlays)
 
     @property
     def row_start(self) -> Integers:
@@ -357,7 +357,7 @@ class ActiveGrid:
     def corners(self, lattice: Integers) -> Shorts:
         """Returns the nodes of cells at lattice indices (n, 3), x fastest, shape (n, 2^dim).
 
-        The indices are those that the cells' keys have in their fields.
+        The indices are those that the cells' keys have in their overlays.
 
         Raises AssertionError if a cell has a node that is not active.
         """
@@ -375,13 +375,13 @@ def cell_corners(dim: int) -> Integers:
 
 
 def locate(
-    points: MaterialPoints, grid: Grid, buffers: Buffers, fields: int | None = None
+    points: MaterialPoints, grid: Grid, buffers: Buffers, overlays: int | None = None
 ) -> ActiveGrid:
     """Sorts the points by support and returns the active grid with all basis values.
 
     The basis values are in `buffers` and valid until these are used again.
 
-    fields: number of displacement fields; that of the points if not given.
+    overlays: their number; that of the points if not given.
 
     Raises:
         StepFailed: if a point is beyond the limits of the grid or the range of its keys, or its
@@ -389,25 +389,25 @@ def locate(
     """
     grid.require_inside(points.position, points.point_id)
     found = [group(points, body, grid) for body in points.bodies]
-    field = [body.field for body in points.bodies]
-    fields = max(field) + 1 if fields is None else fields
-    if fields > 1 and max(groups.index_range() for groups in found) >= LARGEST_INDEX:
+    overlay = [body.overlay for body in points.bodies]
+    overlays = max(overlay) + 1 if overlays is None else overlays
+    if overlays > 1 and max(groups.index_range() for groups in found) >= LARGEST_INDEX:
         raise StepFailed(
             f"a point is more than {LARGEST_INDEX:,} cells from the grid's origin along z, beyond "
             "which there is no contact between soil bodies"
         )
-    nodes = [groups.active_nodes(number) for groups, number in zip(found, field, strict=True)]
-    cells = [groups.active_cells(number) for groups, number in zip(found, field, strict=True)]
+    nodes = [groups.active_nodes(number) for groups, number in zip(found, overlay, strict=True)]
+    cells = [groups.active_cells(number) for groups, number in zip(found, overlay, strict=True)]
     key, cell_keys = _union(nodes), _union(cells)
     own = [
-        FieldOfGrid(0, 0, key, cell_keys)
-        if fields == 1
-        else field_of_grid(key, cell_keys, number, fields)
-        for number in field
+        Overlay(0, 0, key, cell_keys)
+        if overlays == 1
+        else overlay_of_grid(key, cell_keys, number, overlays)
+        for number in overlay
     ]
     stencils = [
-        _stencil(points, i, grid, of_field, buffers, groups)
-        for i, (groups, of_field) in enumerate(zip(found, own, strict=True))
+        _stencil(points, i, grid, of_overlay, buffers, groups)
+        for i, (groups, of_overlay) in enumerate(zip(found, own, strict=True))
     ]
     return ActiveGrid(
         grid=grid,
@@ -416,7 +416,7 @@ def locate(
         points=points,
         cell_keys=cell_keys,
         buffers=buffers,
-        fields=fields,
+        overlays=overlays,
     )
 
 
@@ -428,19 +428,19 @@ def _stencil(
     points: MaterialPoints,
     body: int,
     grid: Grid,
-    of_field: FieldOfGrid,
+    of_overlay: Overlay,
     buffers: Buffers,
     groups: Groups,
 ) -> Stencil:
     start, first, count = groups.start, groups.first, groups.count
     if groups.boxed:
         node_start = np.concatenate([[0], np.cumsum(count.prod(axis=1, dtype=np.int64))])
-        node = np.asarray(_core.group_nodes(first, count, of_field.key, node_start))
+        node = np.asarray(_core.group_nodes(first, count, of_overlay.key, node_start))
     else:
         node_start = groups.node_start
-        node = np.searchsorted(of_field.key, groups.node_key).astype(np.int32)
-    if of_field.first_node:
-        node = node + np.int32(of_field.first_node)
+        node = np.searchsorted(of_overlay.key, groups.node_key).astype(np.int32)
+    if of_overlay.first_node:
+        node = node + np.int32(of_overlay.first_node)
     basis, hat_slope = points.bodies[body].basis, np.zeros(0)
     if basis == "linear":
         of_point = np.full(len(first), grid.dim)

@@ -17,7 +17,7 @@ import numpy.typing as npt
 from tilth import _core
 from tilth.arrays import Integers
 from tilth.errors import StepFailed
-from tilth.mpm.keys import field_shift
+from tilth.mpm.keys import overlay_shift
 from tilth.mpm.points import MaterialPoints, PointRange
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ _OUT_OF_RANGE, _TOO_WIDE = -1, -2  # SupportFailure of kernel/corners.hpp
 class Groups:
     """Groups of one body's points, in the order of the points.
 
-    The keys are those of the field 0, whatever the field of the body.
+    The keys are those of overlay 0, whatever the overlay of the body.
 
     Attributes:
         start: first point of each group, shape (groups + 1,).
@@ -54,18 +54,18 @@ class Groups:
         """Whether the groups' nodes fill their boxes."""
         return len(self.node_start) == 0
 
-    def active_nodes(self, field: int) -> Integers:
-        """Returns the sorted keys of all nodes of the groups in a displacement field."""
+    def active_nodes(self, overlay: int) -> Integers:
+        """Returns the sorted keys of all nodes of the groups in an overlay."""
         if self.boxed:
-            return _in_field(np.asarray(_core.active_nodes(self.first, self.count)), field)
-        return _in_field(np.unique(self.node_key), field)
+            return _in_overlay(np.asarray(_core.active_nodes(self.first, self.count)), overlay)
+        return _in_overlay(np.unique(self.node_key), overlay)
 
-    def active_cells(self, field: int) -> Integers:
-        """Returns the sorted keys of all cells of the groups in a displacement field."""
+    def active_cells(self, overlay: int) -> Integers:
+        """Returns the sorted keys of all cells of the groups in an overlay."""
         if self.boxed:
             cells = np.maximum(self.count - 1, 1)
-            return _in_field(np.asarray(_core.active_nodes(self.first, cells)), field)
-        return _in_field(np.unique(self.cell), field)
+            return _in_overlay(np.asarray(_core.active_nodes(self.first, cells)), overlay)
+        return _in_overlay(np.unique(self.cell), overlay)
 
     def index_range(self) -> int:
         """Returns the largest magnitude of the lattice indices of nodes along z."""
@@ -75,8 +75,8 @@ class Groups:
         return int(max(-self.first[:, 2].min(), last.max()))
 
 
-def _in_field(keys: Integers, field: int) -> Integers:
-    return keys + field_shift(field) if field else keys
+def _in_overlay(keys: Integers, overlay: int) -> Integers:
+    return keys + overlay_shift(overlay) if overlay else keys
 
 
 def group(points: MaterialPoints, body: PointRange, grid: Grid) -> Groups:

@@ -41,7 +41,7 @@ def initial_points(model: Model) -> MaterialPoints:
     parameters: dict[int, Floats] = {}
     starts: dict[int, Start] = {}
     declared: list[dict[str, Floats]] = []
-    start, fields, grid = 0, model.fields(), background_grid(model)
+    start, overlays, grid = 0, model.overlays(), background_grid(model)
     first = model if model.stage.initial is None else model.stage.initial
     for number, body in enumerate(model.bodies):
         part = discretise(body, model.analysis.kind, grid)
@@ -78,7 +78,7 @@ def initial_points(model: Model) -> MaterialPoints:
                     anti_locking=body.anti_locking,
                     body=number,
                     layer=layer,
-                    field=fields[body.name],
+                    overlay=overlays[body.name],
                 )
             )
             begin += count

@@ -48,7 +48,7 @@ class Pattern:
         key: sorted keys of the active nodes, shape (nodes,).
         groups: per body, first entry of each group in the list of nodes, and this list.
         couplings: per coupling, first entry of each element in the list of nodes, and this list.
-        fields: number of displacement fields.
+        overlays: their number.
 
     Attributes:
         row_start: first block of each row, shape (nodes + 1,).
@@ -60,9 +60,9 @@ class Pattern:
         key: Integers,
         groups: list[tuple[Integers, Shorts]],
         couplings: list[tuple[Integers, Shorts]],
-        fields: int = 1,
+        overlays: int = 1,
     ) -> None:
-        self._fields = fields
+        self._overlays = overlays
         self._key, self._groups, self._couplings = key, groups, couplings
         lists = groups + couplings
         offsets = np.cumsum([0] + [len(node) for _, node in lists])
@@ -98,7 +98,7 @@ class Pattern:
     @cached_property
     def elements(self) -> list[Elements]:
         """The elements of each coupling, in the order in which the couplings were declared."""
-        lattice, _ = places_of_keys(self._key, self._fields)
+        lattice, _ = places_of_keys(self._key, self._overlays)
         return [self._elements(start, node, lattice[node]) for start, node in self._couplings]
 
     def _elements(self, start: Integers, node: Shorts, index: Integers) -> Elements:

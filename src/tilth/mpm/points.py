@@ -41,7 +41,7 @@ class PointRange:
         keeps_water: whether no water leaves or enters the pores when the volume changes.
         body: number of the body in the model.
         layer: number of the layer in the body; 0 if it has none.
-        field: number of the body's displacement field; bodies of one field share their nodes.
+        overlay: number of the body's; bodies of one overlay share their nodes.
     """
 
     name: str
@@ -57,7 +57,7 @@ class PointRange:
     layer: int = 0
     wet_density: float | None = None
     keeps_water: bool = True
-    field: int = 0
+    overlay: int = 0
 
     @property
     def points(self) -> slice:
@@ -323,15 +323,15 @@ class MaterialPoints:
         """Number of each point's layer in its body, shape (n,)."""
         return self._of_ranges(np.array([body.layer for body in self.bodies]))
 
-    def fields_of(self, chosen: Integers) -> Integers | int:
-        """Returns the displacement field of points by their indices, shape (k,); 0 if all are 0."""
-        if all(body.field == 0 for body in self.bodies):
+    def overlays_of(self, chosen: Integers) -> Integers | int:
+        """Returns the overlay of points by their indices, shape (k,); 0 if all are 0."""
+        if all(body.overlay == 0 for body in self.bodies):
             return 0
-        return self._of_ranges(np.array([body.field for body in self.bodies]))[chosen]
+        return self._of_ranges(np.array([body.overlay for body in self.bodies]))[chosen]
 
-    def field_of_body(self, name: str) -> int:
-        """Returns the displacement field of the body with this name; 0 if it is not there."""
-        return next((body.field for body in self.bodies if body.name == name), 0)
+    def overlay_of_body(self, name: str) -> int:
+        """Returns the overlay of the body with this name; 0 if it is not there."""
+        return next((body.overlay for body in self.bodies if body.name == name), 0)
 
     def _of_ranges(self, values: npt.NDArray[_Number]) -> npt.NDArray[_Number]:
         """Returns the value of each point's range, shape (n,)."""

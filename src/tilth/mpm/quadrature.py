@@ -12,7 +12,7 @@ import numpy.typing as npt
 from tilth import _core
 from tilth.arrays import Flags, Floats, Integers
 from tilth.mpm.grid import ActiveGrid
-from tilth.mpm.keys import field_shift, find_keys, lattice_keys, places_of_keys
+from tilth.mpm.keys import find_keys, lattice_keys, overlay_shift, places_of_keys
 
 
 @dataclass(frozen=True)
@@ -70,28 +70,28 @@ class PointsInCells:
 
 
 def locate_in_cells(
-    active: ActiveGrid, position: Floats, field: Integers | int = 0
+    active: ActiveGrid, position: Floats, overlay: Integers | int = 0
 ) -> tuple[Integers, PointsInCells]:
     """Returns the order of points by cell, shape (n,), and the points in this order.
 
-    The cells of one displacement field follow those of another. Arguments as `find_cells`.
+    The cells of one overlay follow those of another. Arguments as `find_cells`.
     """
-    key, local = find_cells(active, position, field)
+    key, local = find_cells(active, position, overlay)
     order = np.argsort(key, kind="stable")
     return order, points_in_cells(active, key[order], local[order])
 
 
 def find_cells(
-    active: ActiveGrid, position: Floats, field: Integers | int = 0
+    active: ActiveGrid, position: Floats, overlay: Integers | int = 0
 ) -> tuple[Integers, Floats]:
     """Returns the key of each point's cell, (n,), and its coordinates in the cell, (n, dim).
 
-    position: [length], shape (n, dim); at most one cell away from a material point of the field.
-    field: displacement field of the soil, one number or shape (n,).
+    position: [length], shape (n, dim); at most one cell away from a material point of the overlay.
+    overlay: of the soil, one number or shape (n,).
     """
     position = np.ascontiguousarray(position)
-    if active.fields > 1:
-        return _in_cells_of_fields(active, position, field)
+    if active.overlays > 1:
+        return _in_cells_of_overlays(active, position, overlay)
     key, local = _core.locate_in_cells(position, active.grid, active.cell_keys)
     return np.asarray(key), np.asarray(local)
 
@@ -101,21 +101,21 @@ def points_in_cells(active: ActiveGrid, key: Integers, local: Floats) -> PointsI
     grid = active.grid
     first = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]])[: len(key)])
     node = active.corners(np.asarray(_core.lattice(key[first])))
-    size = grid.sizes(places_of_keys(key[first], active.fields)[0][:, : grid.dim])
+    size = grid.sizes(places_of_keys(key[first], active.overlays)[0][:, : grid.dim])
     return PointsInCells(np.append(first, len(key)), node, local, size)
 
 
-def _in_cells_of_fields(
-    active: ActiveGrid, position: Floats, field: Integers | int
+def _in_cells_of_overlays(
+    active: ActiveGrid, position: Floats, overlay: Integers | int
 ) -> tuple[Integers, Floats]:
     """Returns the key of each point's cell, (n,), and its coordinates in the cell, (n, dim)."""
-    field = np.broadcast_to(field, len(position))
+    overlay = np.broadcast_to(overlay, len(position))
     key, local = np.empty(len(position), dtype=np.int64), np.empty_like(position)
-    for number in np.unique(field):
-        own = np.flatnonzero(field == number)
-        cell_keys = active.of_field(number).cell_keys
+    for number in np.unique(overlay):
+        own = np.flatnonzero(overlay == number)
+        cell_keys = active.of_overlay(number).cell_keys
         found = _core.locate_in_cells(position[own], active.grid, cell_keys)
-        key[own], local[own] = np.asarray(found[0]) + field_shift(number), found[1]
+        key[own], local[own] = np.asarray(found[0]) + overlay_shift(number), found[1]
     return key, local
 
 
@@ -132,15 +132,15 @@ def near_process(active: ActiveGrid, position: Floats, layers: int = 0) -> Flags
 
 
 def near_soil(
-    active: ActiveGrid, position: Floats, field: Integers | int = 0
+    active: ActiveGrid, position: Floats, overlay: Integers | int = 0
 ) -> npt.NDArray[np.bool_]:
     """Returns which positions (n, dim) lie in a cell with soil or in its neighbours, shape (n,).
 
-    field: displacement field of the soil, one number or shape (n,).
+    overlay: of the soil, one number or shape (n,).
     """
     lattice = np.floor(active.grid.in_cells(position)).astype(np.int64)
     near = np.zeros(len(position), dtype=bool)
     for step in np.ndindex(*(3,) * position.shape[1]):
-        keys = lattice_keys(lattice + np.array(step) - 1, field)
+        keys = lattice_keys(lattice + np.array(step) - 1, overlay)
         near |= find_keys(active.cell_keys, keys) >= 0
     return near

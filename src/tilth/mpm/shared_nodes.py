@@ -25,7 +25,7 @@ class SharedNodes:
         comm: the processes.
         boxes: the cells of each process.
         key: sorted keys of the nodes that this process has, shape (nodes,).
-        fields: number of displacement fields.
+        overlays: their number.
 
     Attributes:
         comm: the processes.
@@ -38,9 +38,9 @@ class SharedNodes:
     """
 
     def __init__(
-        self, comm: Communicator, boxes: Boxes, key: Integers, fields: int, extra: Integers = NONE
+        self, comm: Communicator, boxes: Boxes, key: Integers, overlays: int, extra: Integers = NONE
     ) -> None:
-        self.comm, self.boxes, self.extra, self._fields = comm, boxes, extra, fields
+        self.comm, self.boxes, self.extra, self._overlays = comm, boxes, extra, overlays
         owner = self._owner(key)
         self.owned: Integers = np.flatnonzero(owner == comm.rank)
         self._copies = [
@@ -60,7 +60,7 @@ class SharedNodes:
         self.number = self.updated(number)
 
     def _owner(self, key: Integers) -> Integers:
-        return self.boxes.owner(places_of_keys(key, self._fields)[0])
+        return self.boxes.owner(places_of_keys(key, self._overlays)[0])
 
     def owns(self, key: Integers) -> Flags:
         """Returns which of the cells or nodes with these keys this process owns, shape (n,)."""

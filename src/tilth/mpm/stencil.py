@@ -21,8 +21,8 @@ class Stencil:
         start: first point of each group, shape (groups + 1,).
         first, count: lattice index of the first node and nodes per direction of the bounding box
             of each group's nodes, shape (groups, 3).
-        cell_start, cell: keys of each group's cells in the field 0; empty where they fill the box.
-        node_key: keys of each group's nodes in the field 0; empty where they fill the box.
+        cell_start, cell: keys of each group's cells in overlay 0; empty where they fill the box.
+        node_key: keys of each group's nodes in overlay 0; empty where they fill the box.
         node_start, node: node numbers of each group, x fastest.
         value_start: first entry of each group in `value`, shape (groups + 1,).
         value: stored data of each point's basis, flat (kernel/basis_values.hpp): for the linear

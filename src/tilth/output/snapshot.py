@@ -143,7 +143,7 @@ class Snapshot:
     """Contact surfaces, by the names of their boundaries or rigid bodies; the same in every
     snapshot of a run."""
     body_fields: tuple[int, ...] = ()
-    """Number of the displacement field of each body, by its number: those of the same one stick
+    """Number of the overlay of each body, by its number: those of the same one stick
     together where they meet. Empty if all bodies have the same."""
     rigid_bodies: tuple[SurfaceShape, ...] = ()
     """Surfaces of the rigid bodies where they are at this output, without fields; the normals of

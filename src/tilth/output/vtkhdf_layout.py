@@ -42,7 +42,7 @@ FAMILIES = {"surfaces": "surface_", "contacts": "contact_", "rigid_bodies": "rig
 
 Names = Mapping[str, Sequence[str]]
 """Names of the tracked surfaces, contact surfaces and rigid bodies, by the keys of `FAMILIES`, and
-under `BODY_FIELDS` the numbers of the bodies' displacement fields where they differ."""
+under `BODY_FIELDS` the numbers of the bodies' overlays where they differ."""
 
 BODY_FIELDS = "body_fields"
 
@@ -118,7 +118,7 @@ def stored_names(file: Any) -> Names:
 
 
 def _body_fields(file: Any) -> tuple[int, ...]:
-    """Returns the numbers of the bodies' displacement fields; none if all are the same."""
+    """Returns the numbers of the bodies' overlays; none if all are the same."""
     return tuple(json.loads(file["tilth"].attrs.get(BODY_FIELDS, "[]")))
 
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What lies between bodies that stick together, where their domains leave a gap in pictures.
 
-Domains follow the deformation each for itself: between bodies of one displacement field, which
+Domains follow the deformation each for itself: between bodies of one overlay, which
 share the nodes where they meet, they leave gaps and overlap as they do within a body. What lies
 between belongs to the body whose points are nearer, with the values of this one: a stress that
 jumps from one body to the other has no value in between.
@@ -27,7 +27,7 @@ ON_EDGE = 1e-9
 
 
 def sticking(snapshot: Snapshot) -> dict[int, int]:
-    """Returns the number of the displacement field of each body, by its number."""
+    """Returns the number of the overlay of each body, by its number."""
     bodies = np.unique(snapshot.body_id).tolist()
     if not snapshot.body_fields:
         return dict.fromkeys(bodies, 0)
@@ -46,9 +46,9 @@ def region_of(snapshot: Snapshot, corners: Floats) -> Region:
 
 
 def bridges_of(
-    position: Floats, corners: Floats, body_id: Integers, field_of: Mapping[int, int]
+    position: Floats, corners: Floats, body_id: Integers, overlay_of: Mapping[int, int]
 ) -> list[Part]:
-    """Returns parts between bodies of the same displacement field, one for each body at least.
+    """Returns parts between bodies of the same overlay, one for each body at least.
 
     The bodies may cover them.
 
@@ -56,13 +56,13 @@ def bridges_of(
         position: of the points [length], shape (n, 2).
         corners: of their domains, relative to them [length], x fastest, shape (n, 4, 2).
         body_id: of the points, shape (n,).
-        field_of: number of the displacement field of each body, by its number.
+        overlay_of: number of the overlay of each body, by its number.
     """
     found = []
     bodies = np.unique(body_id)
-    field = np.array([field_of[body] for body in bodies.tolist()])
-    for number in np.unique(field):
-        own = bodies[field == number]
+    overlay = np.array([overlay_of[body] for body in bodies.tolist()])
+    for number in np.unique(overlay):
+        own = bodies[overlay == number]
         if len(own) < 2:
             continue
         chosen = np.flatnonzero(np.isin(body_id, own))

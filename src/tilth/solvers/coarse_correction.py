@@ -12,14 +12,14 @@ from tilth.arrays import Flags, Floats, Integers, Shorts
 from tilth.comm import Communicator
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.keys import lattice_keys
-from tilth.solvers.hierarchies import PatternOfField, lattice_by_size, patterns_of_fields
+from tilth.solvers.hierarchies import PatternOfOverlay, lattice_by_size, patterns_of_overlays
 
 LARGEST_COARSE_NODES = 20_000
 """Number of coarse nodes from which on cells are doubled once more."""
 
 
 class CoarseCorrection:
-    """Solves for smooth errors on coarser grids, one for each displacement field.
+    """Solves for smooth errors on coarser grids, one for each overlay.
 
     Args:
         active: the active grid, which owns the pattern.
@@ -32,18 +32,18 @@ class CoarseCorrection:
         owned[active.owned] = True
         self._parts = [
             (
-                field,
+                overlay,
                 _CoarseGrid(
                     active.comm,
                     active.grid.dim,
-                    field,
+                    overlay,
                     *(
-                        np.ascontiguousarray(each[field.nodes])
+                        np.ascontiguousarray(each[overlay.nodes])
                         for each in (lattice, constrained, owned)
                     ),
                 ),
             )
-            for field in patterns_of_fields(active)
+            for overlay in patterns_of_overlays(active)
         ]
 
     def begin(self) -> None:
@@ -53,20 +53,20 @@ class CoarseCorrection:
 
     def fill(self, blocks: Floats) -> None:
         """Makes the coarse matrices; blocks: (entries of the pattern, components, components)."""
-        for field, grid in self._parts:
-            grid.fill(blocks if field.entries is None else blocks[field.entries])
+        for overlay, grid in self._parts:
+            grid.fill(blocks if overlay.entries is None else blocks[overlay.entries])
 
     def correct(self, residual: Floats, correction: Floats) -> None:
         """Fills the correction for a residual that owners know, shape (nodes, components) each.
 
         It is known at all nodes of a process, and zero where they are constrained.
         """
-        for field, grid in self._parts:
-            grid.correct(residual[field.nodes], correction[field.nodes])
+        for overlay, grid in self._parts:
+            grid.correct(residual[overlay.nodes], correction[overlay.nodes])
 
 
 class _CoarseGrid:
-    """The correction of one field.
+    """The correction of one overlay.
 
     Each process makes of the rows that it owns its part of the coarse matrix P^T A P. All get the
     sum of the parts, and apply one cycle of multigrid to it.
@@ -74,7 +74,7 @@ class _CoarseGrid:
     Args:
         comm: the processes.
         dim: number of directions.
-        field: the pattern of the field.
+        overlay: the pattern of the overlay.
         lattice: indices of its nodes, shape (nodes, 3).
         constrained: shape (nodes, components).
         owned: whether this process owns a node, shape (nodes,).
@@ -84,13 +84,13 @@ class _CoarseGrid:
         self,
         comm: Communicator,
         dim: int,
-        field: PatternOfField,
+        overlay: PatternOfOverlay,
         lattice: Integers,
         constrained: Flags,
         owned: Flags,
     ) -> None:
         self._comm, self._components = comm, constrained.shape[1]
-        row_start, column = field.row_start, field.column
+        row_start, column = overlay.row_start, overlay.column
         self._parts: list[_core.CoarsePart] = []
         while True:
             part = _core.CoarsePart(
@@ -131,7 +131,7 @@ class _CoarseGrid:
         self._levels.begin()
 
     def fill(self, blocks: Floats) -> None:
-        """As `CoarseCorrection.fill`, of the blocks of the field."""
+        """As `CoarseCorrection.fill`, of the blocks of the overlay."""
         for part in self._parts:
             blocks = np.asarray(part.blocks(blocks))
         whole = np.zeros((self._entries, self._components, self._components))
@@ -141,7 +141,7 @@ class _CoarseGrid:
         self._levels.fill(whole)
 
     def correct(self, residual: Floats, correction: Floats) -> None:
-        """As `CoarseCorrection.correct`, of the nodes of the field."""
+        """As `CoarseCorrection.correct`, of the nodes of the overlay."""
         own = np.ascontiguousarray(residual)
         for part in self._parts:
             own = np.asarray(part.restricted(own))

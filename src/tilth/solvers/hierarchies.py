@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The multigrid levels of a grid with one or several displacement fields.
+"""The multigrid levels of a grid with one or several overlays.
 
-Nodes of different fields lie at the same places. Each field has levels of its own, which leave out
-the blocks that couple it with the others, such as those of contact between bodies.
+Nodes of different overlays lie at the same places. Each overlay has levels of its own, which leave
+out the blocks that couple it with the others, such as those of contact between bodies.
 
 Each level has twice the cell size of the one before. On a graded grid this is the size of its
 smallest cells: lines that are farther apart stay until the cells between the others have become as
@@ -42,7 +42,7 @@ class Hierarchy(Protocol):
 def make_hierarchy(active: ActiveGrid, constrained: Flags) -> Hierarchy:
     """Returns the levels of an active grid; constrained: shape (nodes, components)."""
     lattice = lattice_by_size(active)
-    if active.fields == 1:
+    if active.overlays == 1:
         return _core.Multigrid(
             active.grid.dim, constrained.shape[1], lattice, active.row_start, active.column,
             constrained,
@@ -88,8 +88,8 @@ def dyadic_steps(ratio: Floats) -> Integers:
 
 
 @dataclass(frozen=True)
-class PatternOfField:
-    """The part of a matrix that couples the nodes of one displacement field with each other.
+class PatternOfOverlay:
+    """The part of a matrix that couples the nodes of one overlay with each other.
 
     Attributes:
         nodes: numbers of its nodes.
@@ -103,18 +103,18 @@ class PatternOfField:
     column: Shorts
 
 
-def patterns_of_fields(active: ActiveGrid) -> Iterator[PatternOfField]:
-    """Yields the part of the pattern of each field, also of one without nodes."""
-    if active.fields == 1:
-        yield PatternOfField(slice(0, active.nodes), None, active.row_start, active.column)
+def patterns_of_overlays(active: ActiveGrid) -> Iterator[PatternOfOverlay]:
+    """Yields the part of the pattern of each overlay, also of one without nodes."""
+    if active.overlays == 1:
+        yield PatternOfOverlay(slice(0, active.nodes), None, active.row_start, active.column)
         return
     row = np.repeat(np.arange(active.nodes), np.diff(active.row_start))
-    within = active.field[row] == active.field[active.column]
-    for number in range(active.fields):
-        own = active.of_field(number).nodes
+    within = active.overlay[row] == active.overlay[active.column]
+    for number in range(active.overlays):
+        own = active.of_overlay(number).nodes
         entries = np.flatnonzero(within & (row >= own.start) & (row < own.stop))
         count = np.bincount(row[entries] - own.start, minlength=own.stop - own.start)
-        yield PatternOfField(
+        yield PatternOfOverlay(
             own,
             entries,
             np.concatenate([[0], np.cumsum(count)]),
@@ -123,21 +123,21 @@ def patterns_of_fields(active: ActiveGrid) -> Iterator[PatternOfField]:
 
 
 class _HierarchyOfFields:
-    """Levels of each field."""
+    """Levels of each overlay."""
 
     def __init__(self, active: ActiveGrid, constrained: Flags, lattice: Integers) -> None:
         components = constrained.shape[1]
         self._parts: list[tuple[slice, Integers, _core.Multigrid]] = []
-        for field in patterns_of_fields(active):
-            own = field.nodes
-            if own.start == own.stop or field.entries is None:
+        for overlay in patterns_of_overlays(active):
+            own = overlay.nodes
+            if own.start == own.stop or overlay.entries is None:
                 continue
             levels = _core.Multigrid(
-                active.grid.dim, components, np.ascontiguousarray(lattice[own]), field.row_start,
-                field.column, np.ascontiguousarray(constrained[own]),
+                active.grid.dim, components, np.ascontiguousarray(lattice[own]), overlay.row_start,
+                overlay.column, np.ascontiguousarray(constrained[own]),
             )  # fmt: skip
             unknowns = slice(own.start * components, own.stop * components)
-            self._parts.append((unknowns, field.entries, levels))
+            self._parts.append((unknowns, overlay.entries, levels))
 
     def begin(self) -> None:
         """As `Hierarchy.begin`."""

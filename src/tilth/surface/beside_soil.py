@@ -28,13 +28,13 @@ def moved_with_grid(
     Raises:
         StepFailed: a point is more than a cell away from the soil.
     """
-    field = active.points.field_of_body(name)
+    overlay = active.points.overlay_of_body(name)
     mine = near_process(active, position)
     moved = position[mine]
     with together(active.comm):
-        if not near_soil(active, moved, field).all():
+        if not near_soil(active, moved, overlay).all():
             raise StepFailed(f"a boundary point of {name!r} left the soil")
-    order, at = locate_in_cells(active, moved, field)
+    order, at = locate_in_cells(active, moved, overlay)
     moved[order] += at.interpolate(displacement)
     return from_owners(active.comm, mine, moved)
 
@@ -43,7 +43,7 @@ def points_near_soil(active: ActiveGrid, position: Floats, name: str) -> Flags:
     """Returns which positions (n, dim) of all processes are near the soil of a body, shape (n,)."""
     mine = near_process(active, position)
     with together(active.comm):
-        near = near_soil(active, position[mine], active.points.field_of_body(name))
+        near = near_soil(active, position[mine], active.points.overlay_of_body(name))
     return np.asarray(from_owners(active.comm, mine, near.astype(np.float64)) > 0.0)
 
 

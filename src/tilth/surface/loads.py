@@ -100,13 +100,13 @@ class SurfaceLoads(Term):
             if load.body not in quadrature:
                 quadrature[load.body] = surface.quadrature(active)
             points, arc_length = surface.loaded(declared.number, quadrature[load.body])
-            field = active.points.field_of_body(load.body)
+            overlay = active.points.overlay_of_body(load.body)
             with together(active.comm):
                 mine = points.position[near_process(active, points.position)]
-                if not near_soil(active, mine, field).all():
+                if not near_soil(active, mine, overlay).all():
                     raise StepFailed(f"the loaded surface of {load.body!r} left the soil")
             near = np.flatnonzero(near_process(active, points.position, LAYERS))
-            order, at = locate_in_cells(active, points.position[near], field)
+            order, at = locate_in_cells(active, points.position[near], overlay)
             order = near[order]
             points, arc_length = points.ordered(order), arc_length[order]
             self._loaded.append(_Loaded(load, declared.curve, at, points, arc_length))

@@ -56,8 +56,8 @@ def require_near_soil(model: Model, surfaces: dict[str, BodySurface], active: Ac
         if body.name not in surfaces:
             continue
         position = surfaces[body.name].shape().position
-        field = active.points.field_of_body(body.name)
-        far = np.flatnonzero(~near_soil(active, position, field))
+        overlay = active.points.overlay_of_body(body.name)
+        far = np.flatnonzero(~near_soil(active, position, overlay))
         if len(far):
             where = ", ".join(f"{x:.4g}" for x in position[far[0]])
             raise BadInput(

@@ -249,12 +249,12 @@ class Balance:
 
         First the nodes of yielding material together with those that terms couple beyond their
         cells, then the larger and the smaller of the two alone; an empty list if no material
-        yields. With several displacement fields those coupled in any case: multigrid has levels for
-        each field by itself.
+        yields. With several overlays those coupled in any case: multigrid has levels for
+        each overlay by itself.
         """
         yielding = union(self.active.nodes, (term.yielding_nodes() for term in self.terms))
         yields = count(self.comm, int(yielding.sum())) > 0
-        if not yields and self.active.fields == 1:
+        if not yields and self.active.overlays == 1:
             return []
         joined = union(self.active.nodes, (term.joined_nodes() for term in self.terms))
         if not yields:

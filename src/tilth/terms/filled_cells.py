@@ -50,7 +50,7 @@ def _sums(soil: Soil, volume: Floats, value: Floats) -> Floats:
     active, grid = soil.active, soil.active.grid
     filled = np.zeros((len(active.cell_keys), 2))
     for body, stencil in zip(soil.points.bodies, active.stencils, strict=True):
-        s, own = slice(body.start, body.stop), active.of_field(body.field)
+        s, own = slice(body.start, body.stop), active.of_overlay(body.overlay)
         if body.has_corners:
             for column, weight in enumerate((volume[s], volume[s] * value[s])):
                 _, _, _, _, moment, *_ = _core.share_corner_domains(
@@ -83,4 +83,4 @@ def centre_radii(active: ActiveGrid, key: Integers) -> Floats:
 
 def cell_places(active: ActiveGrid, key: Integers) -> Integers:
     """Returns the lattice indices of cells by their keys, shape (cells, dim)."""
-    return places_of_keys(key, active.fields)[0][:, : active.grid.dim]
+    return places_of_keys(key, active.overlays)[0][:, : active.grid.dim]

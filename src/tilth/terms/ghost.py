@@ -180,7 +180,7 @@ def ghost_faces(
         return []
     active, dim = soil.active, soil.active.grid.dim
     key, fill, modulus = filled_cells(soil)
-    lattice = np.asarray(_core.lattice(key))  # shifted by the cells' fields, as their keys
+    lattice = np.asarray(_core.lattice(key))  # shifted by the cells' overlays, as their keys
     place = cell_places(active, key)
     along = np.eye(3, dtype=np.int64)[:dim]
     adjacent = lattice + np.stack([-along, along])[:, :, None]  # (sides, axes, cells, 3)

@@ -42,25 +42,25 @@ class ReleasedForces:
 
     Attributes:
         position: places of the forces, which move with the soil [length], shape (m, dim).
-        field: displacement field of each force, shape (m,).
+        overlay: of each force, shape (m,).
         force: external force before anything is released [force], shape (m, dim).
     """
 
     def __init__(self, dim: int, share: LoadCurve) -> None:
         self._share = share
         self.position: Floats = np.zeros((0, dim))
-        self.field: Integers = np.zeros(0, dtype=np.int64)
+        self.overlay: Integers = np.zeros(0, dtype=np.int64)
         self.force: Floats = np.zeros((0, dim))
 
     def set(self, active: ActiveGrid, force: Floats) -> None:
         """Sets the forces at the start of the stage, shape (nodes, dim); all processes call it."""
         own = np.arange(active.nodes)[active.owned]
         loaded = own[force[own].any(axis=1)]
-        columns = active.key[loaded], active.position[loaded], force[loaded], active.field[loaded]
+        columns = active.key[loaded], active.position[loaded], force[loaded], active.overlay[loaded]
         gathered = zip(*active.comm.gathered(columns), strict=True)
         key, *found = (np.concatenate(parts) for parts in gathered)
         order = np.argsort(key)
-        self.position, self.force, self.field = (each[order] for each in found)
+        self.position, self.force, self.overlay = (each[order] for each in found)
 
     def remaining(self, time: float) -> float:
         """Returns the share of the forces that still acts at a time of the stage [-]."""
@@ -68,13 +68,13 @@ class ReleasedForces:
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """Returns the arrays for a checkpoint."""
-        return {"position": self.position, "field": self.field, "force": self.force}
+        return {"position": self.position, "overlay": self.overlay, "force": self.force}
 
     def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
         """Goes on from the state of a checkpoint; raises `ValueError` if it is no such state."""
         require_table(state)
         self.position, self.force = state["position"], state["force"]
-        self.field = state["field"]
+        self.overlay = state["overlay"]
 
 
 class Release(Term, AssembledTerm):
@@ -95,10 +95,10 @@ class Release(Term, AssembledTerm):
     def __init__(
         self, released: ReleasedForces, active: ActiveGrid, before: float, after: float
     ) -> None:
-        place, field = released.position, released.field
+        place, overlay = released.position, released.overlay
         here = near_process(active, place, LAYERS)
-        near = np.flatnonzero(here)[near_soil(active, place[here], field[here])]
-        order, self._at = locate_in_cells(active, place[near], field[near])
+        near = np.flatnonzero(here)[near_soil(active, place[here], overlay[here])]
+        order, self._at = locate_in_cells(active, place[near], overlay[near])
         self._released, self._number, self._active = released, near[order], active
         force = self._at.scatter(released.force[self._number], active.nodes)
         self._before = released.remaining(before) * force

@@ -200,7 +200,7 @@ def _contact(
     parts = SurfaceParts(position, normal, tributary_parts(quadrature.edges), whole=True)
     places = OwnedPlaces.at(active, position)
     reach, behind = REACH * surface.cell, BEHIND * surface.cell
-    own_field = points.field_of_body(surface.first)
+    own_overlay = points.overlay_of_body(surface.first)
 
     def measure_gap_at(
         position: Floats, normal: Floats, widening: float
@@ -213,7 +213,7 @@ def _contact(
     def keeps(number: Integers, key: Integers, local: Floats) -> Flags:
         order = np.argsort(key, kind="stable")
         at = points_in_cells(active, key[order], local[order])
-        kept = near_soil(active, position[number], own_field)
+        kept = near_soil(active, position[number], own_overlay)
         kept[order] &= _faces(points, active, surface.second, at, normal[number[order]])
         return kept
 
@@ -223,7 +223,7 @@ def _contact(
         return None
     among = places.of(chosen)
     own = chosen[among.own]
-    key, local = among.of_all(*find_cells(active, position[own], own_field))
+    key, local = among.of_all(*find_cells(active, position[own], own_overlay))
     own_order = np.argsort(key, kind="stable")
     here = nearest_points(points, first, position[own], np.ones(len(own), dtype=bool))
     opposite = measured.point[own]

@@ -117,16 +117,16 @@ class ContactConstraint(PointsNearSoil):
         """Returns its points in the cells of the soil that they act on."""
         return [self]
 
-    def with_owner(self, owner: Integers, field: Integers) -> ContactConstraint:
+    def with_owner(self, owner: Integers, overlay: Integers) -> ContactConstraint:
         """Returns the same with the multiplier of each point, shape (n,).
 
-        Small supports join their neighbours on soil of the same displacement field; slivers without
+        Small supports join their neighbours on soil of the same overlay; slivers without
         neighbours have no weight.
 
-        field: of the nodes, shape (nodes,).
+        overlay: of the nodes, shape (nodes,).
         """
         pose, size = self.pose, self.at.size[self.at.cell]
-        own = field[self.at.node[:, 0]][self.at.cell]
+        own = overlay[self.at.node[:, 0]][self.at.cell]
         owner = np.unique(2 * owner + self.at_end, return_inverse=True)[1]
         joined = owner.copy()
         for number in np.unique(own):

@@ -73,8 +73,8 @@ def _nodal_force(parts: Sequence[Part], active: ActiveGrid, is_between_bodies: b
     for support, elements, each in parts:
         _core.add_element_forces(elements, -support.entry_force(each.response.traction), nodal)
         if is_between_bodies:
-            second = active.field[support.part.at.node[0, 0]]
-            nodal[active.field != second] = 0.0
+            second = active.overlay[support.part.at.node[0, 0]]
+            nodal[active.overlay != second] = 0.0
     return nodal
 
 

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Thin shapes between soil that is to part from one of their sides, which one field cannot do.
+"""Thin shapes between soil that is to part from one of their sides, which one overlay cannot do.
 
 The grid has one displacement at a place. Soil on both sides of a shape that is thinner than two
 cells moves as one, so that it hardly parts from one side alone, and the shape bears what a
 bilateral contact would: an anchor at its own width below the ground 8.2 B s_u where it is a cell
-thick, and 2.6 where it is two. Soil of different displacement fields, of bodies in a contact pair,
+thick, and 2.6 where it is two. Soil of different overlays, of bodies in a contact pair,
 does part.
 """
 
@@ -54,7 +54,7 @@ def require_thin_shapes_held(
         grid: the background grid.
 
     Raises:
-        BadInput: soil of one displacement field is on both sides of one.
+        BadInput: soil of one overlay is on both sides of one.
     """
     for surface, what in _thin_in_soil(surfaces, begins, points, grid, 0.0, LEAST_CELLS):
         raise BadInput(what, _REMEDY, key=surface.key)
@@ -117,7 +117,7 @@ def _thin_in_soil(
 def _between(
     surface: ContactSurface, thickness: float, points: MaterialPoints, grid: Grid
 ) -> Iterator[tuple[Floats, str]]:
-    """Yields a place (dim,) with unilateral soil of one field on both sides, and its name.
+    """Yields a place (dim,) with unilateral soil of one overlay on both sides, and its name.
 
     thickness: of the shape [length].
     """
@@ -125,7 +125,7 @@ def _between(
     if len(place) == 0 or len(points) == 0:
         return
     names = {body.body: body.name for body in points.bodies}
-    field = {body.body: body.field for body in points.bodies}
+    overlay = {body.body: body.overlay for body in points.bodies}
     reach = REACH * grid.sizes_at(place) * normal
     through = thickness * normal
     one, other = (_bodies_at(at, points, grid) for at in (place + reach, place - through - reach))
@@ -133,7 +133,7 @@ def _between(
     for i in np.flatnonzero((one != NO_SOIL) & (other != NO_SOIL)):
         both = int(one[i]), int(other[i])
         laws = [surface.contact_with.get(names[body], surface.contact) for body in both]
-        if field[both[0]] == field[both[1]] and any(law.normal == "unilateral" for law in laws):
+        if overlay[both[0]] == overlay[both[1]] and any(law.normal == "unilateral" for law in laws):
             found.append((place[i], " and ".join(dict.fromkeys(repr(names[b]) for b in both))))
     yield from found[len(found) // 2 :][:1]
 

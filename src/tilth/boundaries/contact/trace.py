@@ -21,7 +21,7 @@ import numpy as np
 from tilth import _core
 from tilth.arrays import Flags, Floats, Integers
 from tilth.mpm.grid import ActiveGrid
-from tilth.mpm.keys import field_shift, find_keys
+from tilth.mpm.keys import find_keys, overlay_shift
 from tilth.mpm.owned_places import OwnedPlaces
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.quadrature import PointsInCells
@@ -126,7 +126,7 @@ def trace_of_domains(
     order = np.argsort(place, kind="stable")
     start = np.searchsorted(place[order], np.arange(len(at.local) + 1))
     owner = owner[order]
-    shift = np.broadcast_to(field_shift(points.fields_of(owner)), len(owner))
+    shift = np.broadcast_to(overlay_shift(points.overlays_of(owner)), len(owner))
     count, node, value = _core.trace_of_domains(
         start, position[order], owner, np.ascontiguousarray(shift, dtype=np.int64), points.position,
         points.corner, active.grid, active.cell_keys, active.key, at.start, at.node, at.value,

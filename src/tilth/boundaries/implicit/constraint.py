@@ -152,7 +152,7 @@ class SurfaceConstraint(ImplicitConstraint):
         size = self.at.size[self.at.cell]
         beyond = self.open_ends.distance(active.grid.position(vertex), normal[some])
         gone = beyond > -INSIDE * size[some].min(axis=1)
-        of_point = active.field[self.at.node[:, 0]][self.at.cell]
+        of_point = active.overlay[self.at.node[:, 0]][self.at.cell]
         return np.stack(
             [
                 without_vertices_near_ends(

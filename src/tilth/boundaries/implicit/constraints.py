@@ -159,7 +159,7 @@ class ImplicitConstraints:
             for part in parts
         ]
         owned = [
-            part.with_owner(each.owner[0], active.field)
+            part.with_owner(each.owner[0], active.overlay)
             for part, each in zip(contacts, chosen, strict=True)
         ]
         return cls(active, parts, without_contact, tuple(owned), areas)
@@ -248,7 +248,7 @@ class ImplicitConstraints:
             if part.touch.closed.any()
             for each in part.in_cells()
         ]
-        lattice = np.asarray(_core.lattice(self.active.key))  # shifted by the nodes' fields
+        lattice = np.asarray(_core.lattice(self.active.key))  # shifted by the nodes' overlays
         for parts, factor in (([*others, *touching], 1.0), (bands, STIFFNESS_RATIO_OF_BAND)):
             if not parts:
                 continue

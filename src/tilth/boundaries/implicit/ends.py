@@ -128,7 +128,7 @@ def width_of(facets: Facets) -> float:
 
 
 def without_vertices_near_ends(
-    owner: Integers, gone: Flags, position: Floats, normal: Floats, field: Integers, cell: float
+    owner: Integers, gone: Flags, position: Floats, normal: Floats, overlay: Integers, cell: float
 ) -> Integers:
     """Returns the multiplier of each point, (n,), without those that are `gone`, (m,).
 
@@ -139,7 +139,7 @@ def without_vertices_near_ends(
         gone: of the m multipliers.
         position: [length], shape (n, dim).
         normal: unit, shape (n, dim).
-        field: displacement field of the soil of each point, shape (n,).
+        overlay: of the soil of each point, shape (n,).
         cell: the largest edge of a cell [length].
     """
     from scipy.spatial import cKDTree
@@ -147,8 +147,8 @@ def without_vertices_near_ends(
     # points with other normals are farther apart
     place = np.concatenate([position, cell * normal], axis=1)
     joined, leaves = owner.copy(), gone[owner]
-    for number in np.unique(field[leaves]):
-        own, others = (np.flatnonzero((field == number) & of) for of in (leaves, ~leaves))
+    for number in np.unique(overlay[leaves]):
+        own, others = (np.flatnonzero((overlay == number) & of) for of in (leaves, ~leaves))
         if len(others):
             far, nearest = cKDTree(place[others]).query(place[own])
             near = far <= FARTHEST * cell

@@ -174,19 +174,19 @@ def _families(
 ) -> tuple[Integers, Integers, Integers]:
     """Returns first and last cell of each family, and the number of families of each boundary.
 
-    A boundary has one family for each constrained direction, and for each displacement field of the
-    soil that it touches: the cells of one field follow each other.
+    A boundary has one family for each constrained direction, and for each overlay of the
+    soil that it touches: the cells of one overlay follow each other.
     """
     firsts, ends, families = [], [], []
     start = 0
     for part, directions in zip(parts, rank, strict=True):
-        field = active.field[part.at.node[:, 0]]
-        change = np.flatnonzero(field[1:] != field[:-1]) + 1
-        cell = start + np.concatenate([[0], change, [len(field)]])
+        overlay = active.overlay[part.at.node[:, 0]]
+        change = np.flatnonzero(overlay[1:] != overlay[:-1]) + 1
+        cell = start + np.concatenate([[0], change, [len(overlay)]])
         firsts.append(np.tile(cell[:-1], directions))
         ends.append(np.tile(cell[1:], directions))
         families.append(directions * (len(cell) - 1))
-        start += len(field)
+        start += len(overlay)
     return np.concatenate(firsts), np.concatenate(ends), np.array(families)
 
 

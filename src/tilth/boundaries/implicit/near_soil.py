@@ -139,8 +139,8 @@ def _near_soil(
     assert boundary.quadrature is not None
     point = nearest[boundary.quadrature.on_surface]
     chosen = np.flatnonzero(point >= 0)
-    field = points.fields_of(point[chosen])
-    key, local = find_cells(active, boundary.positions(time, chosen), field)
+    overlay = points.overlays_of(point[chosen])
+    key, local = find_cells(active, boundary.positions(time, chosen), overlay)
     order = np.argsort(key, kind="stable")
     chosen = chosen[order]
     touched = point[chosen]

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Bodies of different displacement fields in one grid move as in analyses of their own."""
+"""Bodies of different overlays in one grid move as in analyses of their own."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ NAMES = ("one", "two")
 
 
 @pytest.fixture(autouse=True)
-def _own_fields(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each body has a field of its own, without contact between them."""
+def _own_overlays(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each body has an overlay of its own, without contact between them."""
 
-    def fields(model: Model) -> dict[str, int]:
+    def overlays(model: Model) -> dict[str, int]:
         return {body.name: number for number, body in enumerate(model.bodies)}
 
-    monkeypatch.setattr(Model, "fields", fields)
+    monkeypatch.setattr(Model, "overlays", overlays)
     monkeypatch.setattr("tilth.mpm.initial_points.require_apart", lambda *_: None)
 
 
@@ -257,7 +257,7 @@ def test_stages(kind: str) -> None:
     entries["boundaries"] = [b for b in boundaries if b["name"] != "side" or kind != "axisymmetric"]
     entries["stages"] = stages
     both = march_stages(Model.from_dict(entries)).simulation
-    assert both.points.bodies[1].field == 1
+    assert both.points.bodies[1].overlay == 1
     for name in NAMES:
         single = alone(entries, name)
         single["stages"] = copy.deepcopy(stages)
@@ -271,7 +271,7 @@ def test_stages(kind: str) -> None:
             assert np.abs(a - b).max() <= 1e-11 * np.abs(b).max()
 
 
-def test_nodes_of_the_fields() -> None:
+def test_nodes_of_the_overlays() -> None:
     """Both fields have all nodes of their bodies, at the same places where these overlap."""
     for kind in KINDS:
         simulation = Simulation(Model.from_dict(soils(kind, "gimp", -0.4, grid_lines(kind))))
@@ -284,18 +284,18 @@ def test_nodes_of_the_fields() -> None:
             )
             for body in simulation.points.bodies[:1]
         ]
-        assert active.fields == 2
-        assert (np.diff(active.field) >= 0).all()
-        own = active.field == 0
+        assert active.overlays == 2
+        assert (np.diff(active.overlay) >= 0).all()
+        own = active.overlay == 0
         assert np.array_equal(active.position[own], singles[0].position)
         places = {tuple(x) for x in active.position[own]}
         common = [x for x in active.position[~own] if tuple(x) in places]
         assert 0 < len(common) < own.sum()
         for number in range(2):
-            of_field = active.of_field(number)
-            assert (active.field[of_field.nodes] == number).all()
+            of_overlay = active.of_overlay(number)
+            assert (active.overlay[of_overlay.nodes] == number).all()
         cells = active.cells()
-        assert (active.field[cells] == active.field[cells[:, :1]]).all()
+        assert (active.overlay[cells] == active.overlay[cells[:, :1]]).all()
         low, high = active.position[cells].min(axis=1), active.position[cells].max(axis=1)
         assert np.allclose(high - low, 1.0, rtol=0.0, atol=1e-12)
 
