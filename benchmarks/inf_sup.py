@@ -108,7 +108,7 @@ def block_on_plane(axes: Floats, corner: Floats, cells: int, condition: str) -> 
     )
     points = initial_points(model)
     turned = MaterialPoints.undeformed(
-        points.bodies,
+        points.ranges,
         corner + (points.position - corner) @ axes,
         points.volume,
         points.half_length,

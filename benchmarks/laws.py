@@ -124,20 +124,20 @@ class Row:
     @property
     def name(self) -> str:
         """Name of the law."""
-        law, softens = self.points.bodies[0].law, getattr(self._material, "softens", False)
+        law, softens = self.points.ranges[0].law, getattr(self._material, "softens", False)
         name = f"{law.name}, softening" if softens else law.name
         return name if law.source is None else f"{name}: {law.source.title}"
 
     def _regions(self, gradient: np.ndarray) -> tuple[str, ...]:
         """Where the stress of a point is after a displacement gradient (3, 3)."""
-        body, f = self.points.bodies[0], np.eye(3) + gradient
+        range_, f = self.points.ranges[0], np.eye(3) + gradient
         start = 1.0 + self.points.elastic_deformation[0, 0]  # isotropic
         trial = 0.5 * np.log(start * np.linalg.eigvalsh(f @ f.T))[None]
         state, plastic, good = self.points.state[:1], np.zeros((1, 2)), np.zeros(1, dtype=bool)
         stress, elastic, tangent = np.empty((1, 3)), np.empty((1, 3)), np.empty((1, 3, 3))
         _core.principal_update(
-            body.law.core, body.parameters, trial, plastic, state, state.copy(), stress, elastic,
-            tangent, good,
+            range_.law.core, range_.parameters, trial, plastic, state, state.copy(), stress,
+            elastic, tangent, good,
         )  # fmt: skip
         if not good[0]:
             return ()

@@ -93,9 +93,9 @@ def slope_points(model: Model) -> MaterialPoints:
     position = points.position + jitter * points.half_length
     x, y, z = position.T
     kept = z < 0.75 - 0.5 * (x - 0.5) - 0.2 * (y - 0.5)
-    body = replace(points.bodies[0], stop=int(kept.sum()))
+    range_ = replace(points.ranges[0], stop=int(kept.sum()))
     return MaterialPoints.undeformed(
-        [body], position[kept], points.volume[kept], points.half_length[kept]
+        [range_], position[kept], points.volume[kept], points.half_length[kept]
     )
 
 

@@ -169,7 +169,7 @@ def von_mises_stress(points):
 
 def outlines(points):
     """The domains' corners around each point; the boxes of GIMP and of the linear basis."""
-    if points.bodies[0].has_corners:
+    if points.ranges[0].has_corners:
         return points.position[:, None] + points.corner[:, [0, 1, 3, 2]]
     around = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
     return points.position[:, None] + points.half_length[:, None] * around

@@ -222,10 +222,10 @@ def cut_cell_points(model: Model, corners: Floats) -> MaterialPoints:
                     triangle = np.array([centre, one, two])
                     places.append((np.ones((3, 3)) + 3.0 * np.eye(3)) / 6.0 @ triangle)
                     areas.append(np.full(3, area / 3.0))
-    bodies = initial_points(model).bodies
+    ranges = initial_points(model).ranges
     position, volume = np.concatenate(places), np.concatenate(areas)
     return MaterialPoints.undeformed(
-        [replace(bodies[0], stop=len(position))], position, volume,
+        [replace(ranges[0], stop=len(position))], position, volume,
         np.full(position.shape, 0.5),
     )  # fmt: skip
 

@@ -30,7 +30,7 @@ def shape_functions(points: MaterialPoints, active: ActiveGrid) -> tuple[Floats,
     """
     size = active.grid.cell_size
     away = (points.position[None] - active.position[:, None]) / size
-    if points.bodies[0].basis == "linear":
+    if points.ranges[0].basis == "linear":
         value, slope = _hat(away), np.where(np.abs(away) < 1.0, -np.sign(away), 0.0)
     else:
         half = points.half_length[None] / size

@@ -193,7 +193,7 @@ def domain_volume(points: MaterialPoints) -> Floats:
 
     That of a quadrilateral is half the cross product of its diagonals.
     """
-    if not points.bodies[0].has_corners:
+    if not points.ranges[0].has_corners:
         return np.asarray(np.prod(2.0 * points.half_length, axis=1))
     rising = points.corner[:, 3] - points.corner[:, 0]
     falling = points.corner[:, 2] - points.corner[:, 1]

@@ -64,7 +64,7 @@ def stiffness(simulation: Simulation, active: ActiveGrid, gamma: float) -> np.nd
     active, blocks = balance.active, blocks_of(balance)
     size = active.nodes * active.grid.dim
     matrix = sp.bsr_matrix((blocks, active.column, active.row_start), shape=(size, size)).toarray()
-    return 0.5 * (matrix + matrix.T) / simulation.points.bodies[0].parameters[0]
+    return 0.5 * (matrix + matrix.T) / simulation.points.ranges[0].parameters[0]
 
 
 @every_kind
@@ -78,7 +78,7 @@ def test_linear_motions_are_free_of_force(kind: str, basis: str, spacing: str) -
         return balance.forces(u).residual
 
     scale = np.abs(blocks_of(balance)).max()
-    assert scale > 1e-4 * simulation.points.bodies[0].parameters[0]
+    assert scale > 1e-4 * simulation.points.ranges[0].parameters[0]
     dim = active.grid.dim
     random = np.random.default_rng(3)
     motion = random.normal(size=dim) + active.position @ random.normal(size=(dim, dim))
@@ -211,7 +211,7 @@ def test_nodes_behind_a_boundary_follow_those_in_front(kind: str, spacing: str, 
     """
     depth = 0.4
     simulation, active = block(kind, "gimp", 0.3, spacing=spacing)
-    soil, young = simulation.soil_on(active), simulation.points.bodies[0].parameters[0]
+    soil, young = simulation.soil_on(active), simulation.points.ranges[0].parameters[0]
     u = np.random.default_rng(2).normal(size=(active.nodes, active.grid.dim))
     last = active.lattice[:, 0].max()
     line = np.ones(active.nodes, dtype=bool)
@@ -317,7 +317,7 @@ def test_full_cells_have_none(kind: str, basis: str) -> None:
     simulation, active = block(kind, basis, 0.0)
     _, fill, modulus = filled_cells(simulation.soil_on(active))
     np.testing.assert_allclose(fill, 1.0, rtol=1e-12)
-    np.testing.assert_allclose(modulus, simulation.points.bodies[0].parameters[0], rtol=1e-12)
+    np.testing.assert_allclose(modulus, simulation.points.ranges[0].parameters[0], rtol=1e-12)
     assert not blocks_of(Balance(active, [ghost(simulation, active)])).any()
 
 

@@ -134,8 +134,8 @@ def test_elastic_share_of_a_strain() -> None:
 
 def test_soil_with_friction_remembers_its_elastic_share_longer() -> None:
     """Soil at rest yields by friction in one step of next to no strain and not in the next one."""
-    body = block("plane_strain", "linear", 0.0)[0].points.bodies[0]
+    range_ = block("plane_strain", "linear", 0.0)[0].points.ranges[0]
     for name, law in laws().items():
         frictional = name.endswith(("mohr_coulomb", "drucker_prager"))
         expected = 300.0 * FORGOTTEN_STRAIN if frictional else FORGOTTEN_STRAIN
-        assert replace(body, law=law).forgotten_strain == pytest.approx(expected, rel=1e-12), name
+        assert replace(range_, law=law).forgotten_strain == pytest.approx(expected, rel=1e-12), name

@@ -257,7 +257,7 @@ def test_stages(kind: str) -> None:
     entries["boundaries"] = [b for b in boundaries if b["name"] != "side" or kind != "axisymmetric"]
     entries["stages"] = stages
     both = march_stages(Model.from_dict(entries)).simulation
-    assert both.points.bodies[1].overlay == 1
+    assert both.points.ranges[1].overlay == 1
     for name in NAMES:
         single = alone(entries, name)
         single["stages"] = copy.deepcopy(stages)
@@ -282,7 +282,7 @@ def test_nodes_of_the_overlays() -> None:
                 Grid(simulation.grid.origin, simulation.grid.cell_size),
                 Buffers(),
             )
-            for body in simulation.points.bodies[:1]
+            for body in simulation.points.ranges[:1]
         ]
         assert active.overlays == 2
         assert (np.diff(active.overlay) >= 0).all()

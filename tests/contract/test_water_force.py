@@ -39,9 +39,9 @@ def term_of(
     entries["materials"]["soil"] |= soil
     entries["water"] = {"level": LEVELS[dimension(kind)], "unit_weight": GAMMA, **water}
     model = Model.from_dict(entries)
-    (body,), (declared,) = laboratory.points.bodies, initial_points(model).bodies
+    (body,), (declared,) = laboratory.points.ranges, initial_points(model).ranges
     wet = {"wet_density": declared.wet_density, "keeps_water": declared.keeps_water}
-    laboratory.points.bodies[:] = [replace(body, **wet)]
+    laboratory.points.ranges[:] = [replace(body, **wet)]
     surface = PhreaticSurface.of(model)
     assert surface is not None
     loads = Loads(model, laboratory.points)

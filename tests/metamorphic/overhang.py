@@ -38,12 +38,12 @@ def overhang(simulation: Simulation) -> float:
 def _places(simulation: Simulation) -> Floats:
     points, dim, found = simulation.points, simulation.grid.dim, []
     signs = corner_signs(dim)
-    for body in points.bodies:
-        own = slice(body.start, body.stop)
+    for range_ in points.ranges:
+        own = slice(range_.start, range_.stop)
         position = points.position[own, None, :]
         if simulation.model.bodies[0].basis == "linear":
             found.append(position)
-        elif body.has_corners:
+        elif range_.has_corners:
             found.append(position + points.corner[own])
         else:
             found.append(position + signs * points.half_length[own, None, :])

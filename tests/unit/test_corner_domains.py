@@ -174,7 +174,7 @@ def test_domains_that_lean_across_the_axis_end_at_it() -> None:
     before = points.corner.copy()
     at_axis = points.position[:, 0] < 0.5
     assert (points.position[:, None, 0] + before[..., 0]).min() == pytest.approx(-0.1)
-    keep_off_axis(points.part(points.bodies[0]))
+    keep_off_axis(points.part(points.ranges[0]))
     radius = points.position[:, None, 0] + points.corner[..., 0]
     assert radius[at_axis].min() == pytest.approx(0.0, abs=1e-15)
     np.testing.assert_array_equal(points.corner[~at_axis], before[~at_axis])

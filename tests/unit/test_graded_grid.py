@@ -251,7 +251,7 @@ def test_softening_depends_on_the_cell_of_the_point(kind: str) -> None:
     )
     simulation = block(kind, materials={"soil": soft})
     points, grid = simulation.points, simulation.grid
-    law = points.bodies[0].law
+    law = points.ranges[0].law
     strain = points.parameters[:, law.parameters.index("softening_strain")]
     length: Floats = grid.sizes_at(points.position).prod(axis=1) ** (1.0 / grid.dim)
     np.testing.assert_allclose(strain, 2e-3 / length, rtol=1e-12)

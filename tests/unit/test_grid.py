@@ -141,7 +141,7 @@ def test_sorting_moves_all_arrays_together(basis: str) -> None:
             array[:] = random.normal(size=array.shape)
     order = random.permutation(len(points))
     before = {name: array.copy() for name, array in points.arrays().items()}
-    points.permute(points.bodies[0], order)
+    points.permute(points.ranges[0], order)
     locate(points, Grid(np.zeros(2), np.ones(2)), Buffers())
     for name, array in points.arrays().items():
         assert np.array_equal(array, before[name][points.point_id]), name
@@ -151,7 +151,7 @@ def test_unsorted_points_give_the_same_grid() -> None:
     model = Model.from_dict(block_entries("3d", "gimp"))
     grid = Grid(np.zeros(3), np.full(3, 0.7))
     first, second = initial_points(model), initial_points(model)
-    second.permute(second.bodies[0], np.random.default_rng(1).permutation(len(second)))
+    second.permute(second.ranges[0], np.random.default_rng(1).permutation(len(second)))
     one, other = locate(first, grid, Buffers()), locate(second, grid, Buffers())
     assert np.array_equal(one.key, other.key)
     assert np.array_equal(one.column, other.column)

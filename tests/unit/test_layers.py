@@ -98,7 +98,7 @@ def test_stress_under_the_weight_of_the_layers(kind: str) -> None:
 
 def test_a_horizon_from_a_polyline_and_from_a_grid(tmp_path: Path) -> None:
     points = points_of(layered("plane_strain", "gimp", [[0, 0.5], [2, 1.5]]))
-    assert {body.layer for body in points.bodies} == {0, 1}
+    assert {range_.layer for range_ in points.ranges} == {0, 1}
     above = points.position[:, 1] >= 0.5 + 0.5 * points.position[:, 0]
     np.testing.assert_array_equal(points.layer, np.where(above, 0, 1))
     np.testing.assert_array_equal(points.body_id, 0)
@@ -159,7 +159,7 @@ def test_what_belongs_to_the_body_belongs_to_all_its_layers(tmp_path: Path) -> N
     model = Model.from_dict(entries)
     points = initial_points(model)
     assert [own for _, own in points.whole_bodies()] == [slice(0, 16), slice(16, 32)]
-    assert len(points.bodies) == 3
+    assert len(points.ranges) == 3
     assert points.of_body("block") == slice(0, 16)
     in_both = nearest_points(points, [1.0, 1.0], 1.0, "block")
     assert set(points.layer[points.index_of(in_both)]) == {0, 1}
@@ -206,8 +206,8 @@ def test_layers_by_the_physical_groups_of_a_mesh(basis: str, tmp_path: Path) -> 
     points = points_of(grouped(file, ["stiff", "soft"], basis))
     stiff = np.isin(np.floor(points.position[:, 1]), [1, 3])
     np.testing.assert_array_equal(points.layer, np.where(stiff, 0, 1))
-    for body, share in zip(points.bodies, (2.0, 2.0), strict=True):
-        assert points.initial_volume[body.points].sum() == pytest.approx(share, rel=1e-13)
+    for range_, share in zip(points.ranges, (2.0, 2.0), strict=True):
+        assert points.initial_volume[range_.points].sum() == pytest.approx(share, rel=1e-13)
 
 
 def test_wrong_groups(tmp_path: Path) -> None:

@@ -72,7 +72,7 @@ def test_oblique_surface_in_space(seed: int) -> None:
     slope = random.uniform(0.0, 1.0, 2)
     kept = z < random.uniform(0.3, 0.9) - slope[0] * (x - 0.5) - slope[1] * (y - 0.5)
     points = MaterialPoints.undeformed(
-        [replace(points.bodies[0], stop=int(kept.sum()))], (points.position + off)[kept],
+        [replace(points.ranges[0], stop=int(kept.sum()))], (points.position + off)[kept],
         points.initial_volume[kept], points.half_length[kept],
     )  # fmt: skip
     simulation = Simulation(model, points)

@@ -198,10 +198,10 @@ def test_frozen_points_have_softened_as_far() -> None:
     points = Simulation(model).points
     points.plastic[:, 0] = np.linspace(0.0, 0.04, len(points))
     beyond = np.tile([-10.0, -200.0, -30.0, 5.0, 0.0, 0.0], (len(points), 1))
-    assert points.part(points.bodies[0]).start_with(beyond) < 0
+    assert points.part(points.ranges[0]).start_with(beyond) < 0
     frozen = FrozenPoints(model, points, 100.0).points
     for each in (points, frozen):
-        require_within_yield(each.part(each.bodies[0]), "soil", returned=True)
+        require_within_yield(each.part(each.ranges[0]), "soil", returned=True)
     assert (np.abs(points.stress - beyond).max(axis=1) > 10.0).all()
     np.testing.assert_allclose(frozen.stress, points.stress, rtol=0, atol=1e-7)
     np.testing.assert_allclose(frozen.elastic_strain * 100.0, points.elastic_strain, atol=1e-9)

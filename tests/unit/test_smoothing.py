@@ -74,7 +74,7 @@ def test_stress_is_that_of_the_smoothed_strain(file):
     strain = points.elastic_strain[:, :3].sum(axis=1)
     np.testing.assert_allclose(pressure, bulk * strain, rtol=1e-9)
     # no point is left off the yield surface: the law takes the state as it is
-    (body,) = points.bodies
+    (body,) = points.ranges
     elastic, plastic, stress = (
         np.empty_like(a) for a in (points.elastic_deformation, points.plastic, points.stress)
     )

@@ -33,7 +33,7 @@ def two_blocks(**changed: Any) -> dict[str, Any]:
 
 def with_a_memory(points: MaterialPoints) -> MaterialPoints:
     """The same points; the law of the first body remembers a pressure."""
-    soil, rock = points.bodies
+    soil, rock = points.ranges
     law = Law(soil.law.name, soil.law.parameters, {"greatest_pressure": "stress"}, True)
     state = np.zeros((len(points), 1))
     state[soil.start : soil.stop, 0] = 5.0 + np.arange(soil.stop - soil.start)

@@ -15,8 +15,8 @@ from tilth.errors import StepFailed
 
 def laboratory(kind: str, anti_locking: str) -> Laboratory:
     found = Laboratory.of(kind, "gimp", "mohr_coulomb", np.random.default_rng(3))
-    bodies = found.points.bodies
-    found.points.bodies = [replace(body, anti_locking=anti_locking) for body in bodies]
+    bodies = found.points.ranges
+    found.points.ranges = [replace(body, anti_locking=anti_locking) for body in bodies]
     return found
 
 

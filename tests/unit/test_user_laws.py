@@ -81,11 +81,11 @@ def test_a_run_is_that_of_the_law_of_the_core(
 def updated(law: str, folder: Path, trial: Floats) -> tuple[Floats, Floats, Floats]:
     """Stress, elastic strain and tangent of trial strains (n, 3) from the state at the start."""
     entries = squeezed(material(law, folder), "plane_strain")
-    body = Simulation(Model.from_dict(entries)).points.bodies[0]
-    n, k = len(trial), len(body.law.state_variables)
-    state, parameters = np.zeros((n, k)), body.parameters
+    range_ = Simulation(Model.from_dict(entries)).points.ranges[0]
+    n, k = len(trial), len(range_.law.state_variables)
+    state, parameters = np.zeros((n, k)), range_.parameters
     assert parameters is not None
-    given = body.law.core, parameters
+    given = range_.law.core, parameters
     assert _core.initial_state("3d", *given, np.zeros((n, 6)), state) == -1
     stress, elastic, tangent = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3, 3))
     good, after = np.zeros(n, dtype=bool), state.copy()

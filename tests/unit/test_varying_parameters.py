@@ -97,7 +97,7 @@ def test_a_random_strength_is_reached_but_not_exceeded(distribution: str) -> Non
     points = march(model).points
     assert (np.diff(points.point_id) < 0).any()  # they are
     own = points.varying["yield_stress"][points.point_id]
-    column = points.bodies[0].law.parameters.index("yield_stress")
+    column = points.ranges[0].law.parameters.index("yield_stress")
     np.testing.assert_array_equal(points.parameters[:, column], own)
     stress = points.stress * points.volume[:, None] / points.initial_volume[:, None]
     deviator = stress.copy()
@@ -275,7 +275,7 @@ def test_relations_of_two_parameters_are_checked_at_the_points() -> None:
     assert "at the material point at (0.25, 1.75)" in str(one.value)
     sand["dilation_angle"] = {"axis": "y", "values": [[0, 0.0], [2, 30.0]]}
     points = initial_points(Model.from_dict(entries))
-    assert points.parameters.shape == (16, len(points.bodies[0].law.parameters))
+    assert points.parameters.shape == (16, len(points.ranges[0].law.parameters))
 
 
 def test_results_do_not_depend_on_the_units() -> None:

@@ -289,7 +289,7 @@ def _largest(
             for now, before in zip(forces, watched.forces, strict=True)
         ]
         changed = labels[int(np.argmax(ways))]
-    body = next(each.name for each in points.bodies if each.start <= point < each.stop)
+    body = next(each.name for each in points.ranges if each.start <= point < each.stop)
     return Largest(
         place.copy(),
         free[node].copy(),

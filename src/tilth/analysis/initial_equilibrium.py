@@ -125,8 +125,8 @@ def find_initial_equilibrium(
     if model.initial.reset_plastic_strain:
         points.plastic[:] = 0.0
         with together(comm):
-            for body in points.bodies:
-                require_within_yield(points.part(body), "initial.reset_plastic_strain")
+            for range_ in points.ranges:
+                require_within_yield(points.part(range_), "initial.reset_plastic_strain")
     own = simulation.distribution.owned(points)
     order = own.in_order
     assert np.array_equal(own.point_id[order], number), "points that do not move changed process"

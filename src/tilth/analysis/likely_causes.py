@@ -258,7 +258,7 @@ def _layers(simulation: Simulation, body: int, chosen: Flags) -> list[str]:
     names = simulation.model.bodies[body].materials
     return [
         names[each.layer]
-        for each in simulation.points.bodies
+        for each in simulation.points.ranges
         if each.body == body and chosen[each.points].any()
     ]
 
@@ -267,9 +267,9 @@ def _dilates(simulation: Simulation) -> Flags:
     """Returns which points have a law that changes its volume in plastic flow, shape (n,)."""
     points, model = simulation.points, simulation.model
     found = np.zeros(len(points), dtype=bool)
-    for body in points.bodies:
-        material = model.materials[model.bodies[body.body].materials[body.layer]]
-        found[body.points] = material.dilates
+    for range_ in points.ranges:
+        material = model.materials[model.bodies[range_.body].materials[range_.layer]]
+        found[range_.points] = material.dilates
     return found
 
 

@@ -280,9 +280,9 @@ def _locking(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]:
 def _soft(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]:
     """Materials with a strength that their stiffness reaches at large strains only."""
     young, cohesion = points.elastic_moduli().young, shear_strength(points, model)[0]
-    for body in points.bodies:
-        name = model.bodies[body.body].materials[body.layer]
-        own, strength = young[body.points], cohesion[body.points]
+    for range_ in points.ranges:
+        name = model.bodies[range_.body].materials[range_.layer]
+        own, strength = young[range_.points], cohesion[range_.points]
         ratio = own / np.where(strength > 0.0, strength, np.nan)
         if not (ratio < LEAST_STIFFNESS).any():  # false also for a law without a strength
             continue

@@ -184,8 +184,8 @@ def _from_points(soil: Soil) -> Floats:
     points, active, dim = soil.points, soil.active, soil.active.grid.dim
     volume = points.volume
     total = np.zeros((active.nodes, 1 + dim))
-    for body, stencil in zip(points.bodies, active.stencils, strict=True):
-        s = slice(body.start, body.stop)
+    for range_, stencil in zip(points.ranges, active.stencils, strict=True):
+        s = slice(range_.start, range_.stop)
         _core.add_predictions(
             stencil, active.position, points.position[s], points.last_displacement[s],
             points.last_gradient[s], volume[s], total,

@@ -272,7 +272,7 @@ class Simulation:
         }
         return MaterialPoints(
             **{**self.points.arrays(), **changed},  # type: ignore[arg-type]
-            bodies=self.points.bodies,
+            ranges=self.points.ranges,
             varying=self.points.varying,
         )
 

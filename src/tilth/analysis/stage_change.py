@@ -91,10 +91,10 @@ def _remaining(points: MaterialPoints, model: Model, stage: Stage) -> Flags:
 
 def _with_materials(points: MaterialPoints, initial: MaterialPoints, key: str) -> MaterialPoints:
     """Returns the points with the laws that `initial` has, their effective stress as it was."""
-    new = {(body.body, body.layer): body for body in initial.bodies}
+    new = {(range_.body, range_.layer): range_ for range_ in initial.ranges}
     ranges = [
-        replace(new[body.body, body.layer], start=body.start, stop=body.stop)
-        for body in points.bodies
+        replace(new[range_.body, range_.layer], start=range_.start, stop=range_.stop)
+        for range_ in points.ranges
     ]
     columns = initial.state.shape[1]
     state = np.zeros((len(points), columns))
@@ -106,10 +106,10 @@ def _with_materials(points: MaterialPoints, initial: MaterialPoints, key: str) -
             "state": state,
             "parameters": initial.parameters[points.point_id],
         },  # type: ignore[arg-type]
-        bodies=ranges,
+        ranges=ranges,
         varying=initial.varying,
     )
-    for before, after in zip(points.bodies, ranges, strict=True):
+    for before, after in zip(points.ranges, ranges, strict=True):
         if not _same_law(points, before, changed, after):
             _exchange(points.part(before), changed.part(after), key)
     return changed
@@ -134,19 +134,19 @@ def _exchange(before: MaterialPoints, part: MaterialPoints, key: str) -> None:
     jacobian = before.stress_jacobian
     kirchhoff = before.stress * jacobian[:, None]
     pore_pressure = np.zeros(len(before))
-    if EXCESS_PORE_PRESSURE in before.bodies[0].law.state_variables:
+    if EXCESS_PORE_PRESSURE in before.ranges[0].law.state_variables:
         pore_pressure = before.state_variable(EXCESS_PORE_PRESSURE)
     kirchhoff[:, :3] += pore_pressure[:, None]
     part.state[:] = 0.0
     failed = part.start_with(kirchhoff)
-    variables = list(part.bodies[0].law.state_variables)
+    variables = list(part.ranges[0].law.state_variables)
     if EXCESS_PORE_PRESSURE in variables:
         part.state[:, variables.index(EXCESS_PORE_PRESSURE)] = pore_pressure
         kirchhoff[:, :3] -= pore_pressure[:, None]
     part.stress[:] = kirchhoff / jacobian[:, None]
     if failed >= 0:
         raise BadInput(
-            f"the material {part.bodies[0].law.name!r} cannot have the stress of the soil at "
+            f"the material {part.ranges[0].law.name!r} cannot have the stress of the soil at "
             f"{place_text(part.position[failed])}",
             "exchange it in a stage in which the soil has another stress",
             key=f"{key}.materials",

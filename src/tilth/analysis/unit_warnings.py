@@ -228,10 +228,10 @@ def _water_weight(model: Model) -> Iterator[tuple[str, str]]:
 def _angles(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]:
     """Angles of friction that are probably in radians."""
     tangent = shear_strength(points, model)[1]
-    for body in points.bodies:
-        name = model.bodies[body.body].materials[body.layer]
+    for range_ in points.ranges:
+        name = model.bodies[range_.body].materials[range_.layer]
         material: Any = model.materials[name]
-        own = tangent[body.points]
+        own = tangent[range_.points]
         angle = float(np.degrees(np.arctan(own.max(initial=0.0)))) if np.isfinite(own).all() else 0
         key = "friction_angle"
         declared = getattr(material, "residual_friction_angle", None)
@@ -252,10 +252,10 @@ def _stiff(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]:
     """Undrained strengths that are too small for the stiffness by orders of magnitude."""
     young = points.elastic_moduli().young
     cohesion, tangent = shear_strength(points, model)
-    for body in points.bodies:
-        name = model.bodies[body.body].materials[body.layer]
-        own, strength = young[body.points], cohesion[body.points]
-        ratio = own / np.where((strength > 0.0) & (tangent[body.points] == 0.0), strength, np.nan)
+    for range_ in points.ranges:
+        name = model.bodies[range_.body].materials[range_.layer]
+        own, strength = young[range_.points], cohesion[range_.points]
+        ratio = own / np.where((strength > 0.0) & (tangent[range_.points] == 0.0), strength, np.nan)
         if not (ratio > STIFFEST).any():
             continue
         worst = int(np.nanargmax(ratio))

@@ -90,7 +90,7 @@ class Distribution:
         self.moved = 0
         self._total = len(points)
         self._least_load = 1.0  # after the cells were shared out; layers of cells stay together
-        self._bodies = points.bodies
+        self._ranges = points.ranges
         self._varying = points.varying
         dim = grid.dim
         self.boxes = Boxes(0, dim)
@@ -117,7 +117,7 @@ class Distribution:
     @property
     def overlays(self) -> int:
         """Number of overlays of all processes' points."""
-        return max(body.overlay for body in self._bodies) + 1
+        return max(range_.overlay for range_ in self._ranges) + 1
 
     @property
     def total(self) -> int:
@@ -134,7 +134,7 @@ class Distribution:
         changed: returns a range of the other points by that of these.
         """
         other = copy(self)
-        other._bodies = [changed(body) for body in self._bodies]
+        other._ranges = [changed(range_) for range_ in self._ranges]
         other._least_load = np.inf
         return other
 
@@ -201,7 +201,7 @@ class Distribution:
         return np.asarray(self.boxes.owner(self._places(key)) == self.comm.rank)
 
     def _places(self, key: Integers) -> Integers:
-        return places_of_keys(key, 1 + max(body.overlay for body in self._bodies))[0]
+        return places_of_keys(key, 1 + max(range_.overlay for range_ in self._ranges))[0]
 
     def _hand_out(self, keyed: KeyedRows, before: Boxes | None) -> None:
         """Gives each process the rows of the cells of its box and around it.
@@ -230,7 +230,7 @@ class Distribution:
             return dict(points.arrays())
         found = {}
         order: Integers | None = None
-        for name, array in [("range", self._ranges(points)), *points.arrays().items()]:
+        for name, array in [("range", self._range_of_points(points)), *points.arrays().items()]:
             parts = self.comm.gathered_first(np.ascontiguousarray(array[self.own]))
             if parts:
                 found[name] = np.concatenate(parts)
@@ -244,16 +244,16 @@ class Distribution:
         if self.serial:
             return points
         arrays = self.comm.gathered(self.gathered(points))[0]
-        own = np.bincount(self._ranges(points)[self.own], minlength=len(self._bodies))
+        own = np.bincount(self._range_of_points(points)[self.own], minlength=len(self._ranges))
         counts = total(self.comm, own.astype(float)).astype(int)
-        return MaterialPoints(bodies=self._bodies_of(counts), varying=self._varying, **arrays)
+        return MaterialPoints(ranges=self._ranges_of(counts), varying=self._varying, **arrays)
 
-    def _bodies_of(self, counts: Integers) -> list[PointRange]:
+    def _ranges_of(self, counts: Integers) -> list[PointRange]:
         """Returns ranges with these numbers of points that follow each other; no empty ones."""
         ends = np.cumsum(counts).tolist()
         return [
-            replace(body, start=end - count, stop=end)
-            for body, count, end in zip(self._bodies, counts.tolist(), ends, strict=True)
+            replace(range_, start=end - count, stop=end)
+            for range_, count, end in zip(self._ranges, counts.tolist(), ends, strict=True)
             if count
         ]
 
@@ -267,22 +267,22 @@ class Distribution:
             values.append(
                 None
                 if part is None
-                else ([(b.body, b.layer, b.stop - b.start) for b in part.bodies], part.arrays())
+                else ([(b.body, b.layer, b.stop - b.start) for b in part.ranges], part.arrays())
             )
         none = points.selected(np.zeros(len(points), dtype=bool))
         return [
             none if each is None else self._points(*each) for each in self.comm.exchanged(values)
         ]
 
-    def _points(self, ranges: list[tuple[int, int, int]], arrays: dict[str, Any]) -> MaterialPoints:
-        known = {(body.body, body.layer): body for body in self._bodies}
-        bodies: list[PointRange] = []
+    def _points(self, counts: list[tuple[int, int, int]], arrays: dict[str, Any]) -> MaterialPoints:
+        known = {(range_.body, range_.layer): range_ for range_ in self._ranges}
+        ranges: list[PointRange] = []
         start = 0
-        for number, layer, count in ranges:
-            body = known[number, layer]
-            bodies.append(replace(body, start=start, stop=start + count))
+        for number, layer, count in counts:
+            range_ = known[number, layer]
+            ranges.append(replace(range_, start=start, stop=start + count))
             start += count
-        return MaterialPoints(bodies=bodies, varying=self._varying, **arrays)
+        return MaterialPoints(ranges=ranges, varying=self._varying, **arrays)
 
     def _joined(self, parts: list[MaterialPoints]) -> MaterialPoints:
         """Returns the points of all parts, those of one range in the order of their numbers."""
@@ -290,21 +290,21 @@ class Distribution:
             name: np.concatenate([getattr(part, name) for part in parts])
             for name in MaterialPoints.array_names()
         }
-        number = np.concatenate([self._ranges(part) for part in parts])
+        number = np.concatenate([self._range_of_points(part) for part in parts])
         order = np.lexsort((arrays["point_id"], number))
-        bodies = self._bodies_of(np.bincount(number, minlength=len(self._bodies)))
+        ranges = self._ranges_of(np.bincount(number, minlength=len(self._ranges)))
         return MaterialPoints(
-            bodies=bodies,
+            ranges=ranges,
             varying=self._varying,
             **{name: array.take(order, axis=0) for name, array in arrays.items()},
         )
 
-    def _ranges(self, points: MaterialPoints) -> Integers:
+    def _range_of_points(self, points: MaterialPoints) -> Integers:
         """Returns the number of each point's range among those of all points, shape (n,)."""
-        of_range = {(body.body, body.layer): i for i, body in enumerate(self._bodies)}
+        of_range = {(range_.body, range_.layer): i for i, range_ in enumerate(self._ranges)}
         number = np.zeros(len(points), dtype=np.int64)
-        for body in points.bodies:
-            number[body.points] = of_range[body.body, body.layer]
+        for range_ in points.ranges:
+            number[range_.points] = of_range[range_.body, range_.layer]
         return number
 
 
@@ -333,9 +333,9 @@ def _cells(points: MaterialPoints, grid: Grid) -> Integers:
 def _reach(comm: Communicator, points: MaterialPoints, grid: Grid) -> int:
     """Returns how many cells the domains of the points reach beyond their own, at most."""
     reach = 0.0
-    for body in points.bodies:
-        if body.basis != "linear":
-            half = points.half_length[body.points]
-            size = grid.sizes_at(points.position[body.points])
+    for range_ in points.ranges:
+        if range_.basis != "linear":
+            half = points.half_length[range_.points]
+            size = grid.sizes_at(points.position[range_.points])
             reach = max(reach, float(np.ceil((half / size).max())))
     return int(comm.max(reach))

@@ -42,17 +42,17 @@ def moved_domains(
         StepFailed: a domain folds or inverts.
     """
     moved_by_body = {}
-    for number, body in enumerate(points.bodies):
-        if body.basis != "cpdi2":
+    for number, range_ in enumerate(points.ranges):
+        if range_.basis != "cpdi2":
             continue
-        part, own = points.part(body), active.of_overlay(body.overlay)
+        part, own = points.part(range_), active.of_overlay(range_.overlay)
         moved, shift = np.empty_like(part.corner), np.empty_like(part.position)
         folded = _core.move_corners(
             part.position, part.corner, own.key, displacement[own.nodes], active.grid,
             kind == "axisymmetric", moved, shift,
         )  # fmt: skip
         if folded >= 0:
-            remedy = _UNFOLDED.format(body.name)
+            remedy = _UNFOLDED.format(range_.name)
             raise StepFailed(_FOLDED, remedy, point=int(part.point_id[folded]))
         moved_by_body[number] = (moved, shift)
     return moved_by_body
@@ -60,9 +60,9 @@ def moved_domains(
 
 def move_domain_faces(points: MaterialPoints, active: ActiveGrid, displacement: Floats) -> None:
     """Moves the faces of GIMP domains with the grid (rule "corners"), before the points move."""
-    for body in points.bodies:
-        if body.domain_update == "corners":
-            part, own = points.part(body), active.of_overlay(body.overlay)
+    for range_ in points.ranges:
+        if range_.domain_update == "corners":
+            part, own = points.part(range_), active.of_overlay(range_.overlay)
             _core.move_domain_faces(
                 part.position, own.key, displacement[own.nodes], active.grid,
                 part.half_length,
@@ -71,17 +71,17 @@ def move_domain_faces(points: MaterialPoints, active: ActiveGrid, displacement: 
 
 def update_domains(points: MaterialPoints, kind: str) -> None:
     """Updates the domains that follow the deformation gradient, at the end of a step."""
-    for body in points.bodies:
-        part = points.part(body)
-        if body.has_corners:
-            if body.convected_by_gradient:
+    for range_ in points.ranges:
+        part = points.part(range_)
+        if range_.has_corners:
+            if range_.convected_by_gradient:
                 part.corner[:] = part.convected_corners()
                 if kind == "axisymmetric":
                     keep_off_axis(part)
             continue
         # the linear basis has no domains: the box serves for pictures and for the detection of
         # contact with boundaries
-        rule = body.domain_update or "right_stretch"
+        rule = range_.domain_update or "right_stretch"
         if rule not in ("fixed", "corners"):
             _core.stretch_domains(
                 kind, rule, part.deformation_gradient, part.initial_half_length, part.half_length
@@ -97,12 +97,12 @@ def bound_domains(points: MaterialPoints, grid: Grid) -> dict[str, int]:
     """
     counts = {"floor": 0, "cap": 0}
     round_off = 1e-12
-    for body in points.bodies:
-        if body.domain_update is None:
+    for range_ in points.ranges:
+        if range_.domain_update is None:
             continue
-        half, size = points.half_length[body.points], grid.cell_size
+        half, size = points.half_length[range_.points], grid.cell_size
         if grid.graded:
-            size = grid.sizes_at(points.position[body.points])
+            size = grid.sizes_at(points.position[range_.points])
         low, high = LEAST_HALF_LENGTH * size, LARGEST_HALF_LENGTH * size
         counts["floor"] += int((half < low).any(axis=1).sum())
         counts["cap"] += int((half > high * (1.0 + round_off)).any(axis=1).sum())

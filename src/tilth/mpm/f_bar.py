@@ -85,7 +85,7 @@ def hoop_gradients(moment: Floats) -> Floats:
 
 @dataclass
 class Centres:
-    """Cells of one body's points in one step, and their volume change in the current iteration.
+    """Cells of one range of points in one step, and their volume change in the current iteration.
 
     The arrays of indices become read-only.
 
@@ -138,11 +138,11 @@ class Centres:
 
     @classmethod
     def of(cls, points: MaterialPoints, stencil: Stencil, active: ActiveGrid, kind: str) -> Centres:
-        """Returns the cells of one body's points (`points` contains only these)."""
+        """Returns the cells of one range of points (`points` contains only these)."""
         grid, n, axisymmetric = active.grid, len(points), kind == "axisymmetric"
-        own = active.of_overlay(points.bodies[0].overlay)
+        own = active.of_overlay(points.ranges[0].overlay)
         volume = points.volume
-        if points.bodies[0].has_corners:
+        if points.ranges[0].has_corners:
             cell_start = stencil.cell_start
             cell, corner_node, *shares = _core.share_corner_domains(
                 stencil, points.position, points.corner, volume, grid,

@@ -100,42 +100,44 @@ class FrozenPoints:
         self._model = model
         self._laws: dict[tuple[int, int], Law] = {}
         arrays: dict[str, Any] = {name: each.copy() for name, each in points.arrays().items()}
-        copy = MaterialPoints(bodies=points.bodies, varying=points.varying, **arrays)
+        copy = MaterialPoints(ranges=points.ranges, varying=points.varying, **arrays)
         copy.elastic_strain = points.elastic_strain / stiffening
         copy.plastic[:, 0] /= stiffening
         copy.elastic_share[:] = 0.0
-        for body in points.bodies:
-            kinds = self._material(body).state_kinds_of(body.law)
-            for column, name in enumerate(body.law.state_variables):
-                state = copy.state[body.points, column]
-                copy.state[body.points, column] = stiffened(kinds[name], state, stiffening)
+        for range_ in points.ranges:
+            kinds = self._material(range_).state_kinds_of(range_.law)
+            for column, name in enumerate(range_.law.state_variables):
+                state = copy.state[range_.points, column]
+                copy.state[range_.points, column] = stiffened(kinds[name], state, stiffening)
         self.points = copy
         self.points = self._with(
             [
-                self._material(body).stiffened_parameters(points.parameters_of(body), stiffening)
-                for body in points.bodies
+                self._material(range_).stiffened_parameters(
+                    points.parameters_of(range_), stiffening
+                )
+                for range_ in points.ranges
             ],
-            [self._law(body) for body in points.bodies],
+            [self._law(range_) for range_ in points.ranges],
         )
 
-    def _material(self, body: PointRange) -> AnyMaterial:
+    def _material(self, range_: PointRange) -> AnyMaterial:
         """Returns the material of a range of points."""
-        return self._model.materials[self._model.bodies[body.body].materials[body.layer]]
+        return self._model.materials[self._model.bodies[range_.body].materials[range_.layer]]
 
-    def _law(self, body: PointRange) -> Law:
+    def _law(self, range_: PointRange) -> Law:
         """Returns the stiffened law of a range of points, one for all ranges of a layer."""
-        key = (body.body, body.layer)
+        key = (range_.body, range_.layer)
         if key not in self._laws:
-            material = self._material(body)
-            self._laws[key] = material.stiffened_law(body.law, self.stiffening)
+            material = self._material(range_)
+            self._laws[key] = material.stiffened_law(range_.law, self.stiffening)
         return self._laws[key]
 
-    def range(self, body: PointRange) -> PointRange:
+    def range(self, range_: PointRange) -> PointRange:
         """Returns a range of points on the frozen geometry, with the strength as it is."""
-        own = body.parameters
+        own = range_.parameters
         if own is not None:
-            own = self._material(body).stiffened_parameters(own, self.stiffening)
-        return replace(body, parameters=own, law=self._law(body))
+            own = self._material(range_).stiffened_parameters(own, self.stiffening)
+        return replace(range_, parameters=own, law=self._law(range_))
 
     def reduced(self, factor: float, davis: DavisForm | None = None) -> MaterialPoints:
         """Returns the points with their strength over a factor [-].
@@ -147,35 +149,37 @@ class FrozenPoints:
         points = self.points
         weaker = self._with(
             [
-                self._material(body).reduced_parameters(points.parameters_of(body), factor, davis)
-                for body in points.bodies
+                self._material(range_).reduced_parameters(
+                    points.parameters_of(range_), factor, davis
+                )
+                for range_ in points.ranges
             ],
-            [self._material(body).reduced_law(body.law, factor) for body in points.bodies],
+            [self._material(range_).reduced_law(range_.law, factor) for range_ in points.ranges],
         )
         return replace(weaker, state=self._reduced_state(factor))
 
     def _reduced_state(self, factor: float) -> Floats:
         """Returns the state variables with their strengths over a factor, shape (n, columns)."""
         state = self.points.state
-        for body in self.points.bodies:
-            kinds = self._material(body).state_kinds_of(body.law)
+        for range_ in self.points.ranges:
+            kinds = self._material(range_).state_kinds_of(range_.law)
             if not has_strength(kinds):
                 continue
             if state is self.points.state:
                 state = state.copy()
             columns = {
-                name: state[body.points, i] for i, name in enumerate(body.law.state_variables)
+                name: state[range_.points, i] for i, name in enumerate(range_.law.state_variables)
             }
             for i, column in enumerate(reduced(kinds, columns, factor).values()):
-                state[body.points, i] = column
+                state[range_.points, i] = column
         return state
 
     def _with(self, parameters: Sequence[Floats], laws: Sequence[Law]) -> MaterialPoints:
         """Returns the points with other parameters of each range, (m,) or (n, m), and laws."""
-        bodies, varying = [], self.points.parameters.copy()
-        for body, own, law in zip(self.points.bodies, parameters, laws, strict=True):
-            if body.parameters is None:
-                varying[body.points, : own.shape[1]] = own
-            fixed = None if body.parameters is None else own
-            bodies.append(replace(body, parameters=fixed, law=law))
-        return replace(self.points, bodies=bodies, parameters=varying)
+        ranges, varying = [], self.points.parameters.copy()
+        for range_, own, law in zip(self.points.ranges, parameters, laws, strict=True):
+            if range_.parameters is None:
+                varying[range_.points, : own.shape[1]] = own
+            fixed = None if range_.parameters is None else own
+            ranges.append(replace(range_, parameters=fixed, law=law))
+        return replace(self.points, ranges=ranges, parameters=varying)

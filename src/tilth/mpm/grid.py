@@ -172,7 +172,7 @@ class ActiveGrid:
     Attributes:
         grid: its lines.
         key: sorted keys of the active nodes, shape (nodes,); overlay after overlay, x fastest.
-        stencils: one per body, in the order of the bodies.
+        stencils: one per range of points, in their order.
         points: the points that are located.
         cell_keys: sorted keys of the cells in the points' supports; the key of a cell is that of
             its lowest node.
@@ -333,7 +333,7 @@ class ActiveGrid:
 
     @property
     def block_positions(self) -> list[tuple[Integers, Shorts]]:
-        """Per body, positions of the blocks of its groups in the pattern: start, position."""
+        """Per range, positions of the blocks of its groups in the pattern: start, position."""
         return self._pattern.block_positions
 
     @property
@@ -388,8 +388,8 @@ def locate(
             domain extends over too many cells.
     """
     grid.require_inside(points.position, points.point_id)
-    found = [group(points, body, grid) for body in points.bodies]
-    overlay = [body.overlay for body in points.bodies]
+    found = [group(points, range_, grid) for range_ in points.ranges]
+    overlay = [range_.overlay for range_ in points.ranges]
     overlays = max(overlay) + 1 if overlays is None else overlays
     if overlays > 1 and max(groups.index_range() for groups in found) >= LARGEST_INDEX:
         raise StepFailed(
@@ -426,7 +426,7 @@ def _union(keys: list[Integers]) -> Integers:
 
 def _stencil(
     points: MaterialPoints,
-    body: int,
+    number: int,
     grid: Grid,
     of_overlay: Overlay,
     buffers: Buffers,
@@ -441,7 +441,7 @@ def _stencil(
         node = np.searchsorted(of_overlay.key, groups.node_key).astype(np.int32)
     if of_overlay.first_node:
         node = node + np.int32(of_overlay.first_node)
-    basis, hat_slope = points.bodies[body].basis, np.zeros(0)
+    basis, hat_slope = points.ranges[number].basis, np.zeros(0)
     if basis == "linear":
         of_point = np.full(len(first), grid.dim)
         size = grid.sizes(first[:, : grid.dim]) if grid.graded else grid.cell_size
@@ -451,8 +451,8 @@ def _stencil(
     else:
         of_point = (1 + grid.dim) * np.diff(node_start)
     value_start = np.concatenate([[0], np.cumsum(of_point * np.diff(start))])
-    value = buffers.take(f"value {body}", int(value_start[-1]))
-    part = points.part(points.bodies[body])
+    value = buffers.take(f"value {number}", int(value_start[-1]))
+    part = points.part(points.ranges[number])
     if groups.boxed:
         _core.basis_factors(
             basis, start, first, count, value_start, part.position, part.half_length,

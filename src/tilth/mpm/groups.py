@@ -29,7 +29,7 @@ _OUT_OF_RANGE, _TOO_WIDE = -1, -2  # SupportFailure of kernel/corners.hpp
 
 @dataclass(frozen=True)
 class Groups:
-    """Groups of one body's points, in the order of the points.
+    """Groups of one range of points, in the order of the points.
 
     The keys are those of overlay 0, whatever the overlay of the body.
 
@@ -79,36 +79,36 @@ def _in_overlay(keys: Integers, overlay: int) -> Integers:
     return keys + overlay_shift(overlay) if overlay else keys
 
 
-def group(points: MaterialPoints, body: PointRange, grid: Grid) -> Groups:
-    """Sorts a body's points by support and returns their groups.
+def group(points: MaterialPoints, range_: PointRange, grid: Grid) -> Groups:
+    """Sorts the points of a range by support and returns their groups.
 
     Raises:
         StepFailed: if a point is outside the range of the grid's keys, or its domain is too wide.
     """
-    if body.has_corners:
-        return _by_corners(points, body, grid)
-    part = points.part(body)
+    if range_.has_corners:
+        return _by_corners(points, range_, grid)
+    part = points.part(range_)
     keys = np.empty(len(part), dtype=np.int64)
-    outside = _core.support_keys(body.basis, part.position, part.half_length, grid, keys)
+    outside = _core.support_keys(range_.basis, part.position, part.half_length, grid, keys)
     if outside:
         _raise_first_failure(part, keys)
     if not (keys[1:] >= keys[:-1]).all():
         order = np.argsort(keys, kind="stable")
-        points.permute(body, order)
+        points.permute(range_, order)
         keys = keys[order]
     none = np.zeros(0, dtype=np.int64)
     return Groups(*_core.group_points(grid.dim, keys), none, none, none, none)
 
 
-def _by_corners(points: MaterialPoints, body: PointRange, grid: Grid) -> Groups:
-    part = points.part(body)
+def _by_corners(points: MaterialPoints, range_: PointRange, grid: Grid) -> Groups:
+    part = points.part(range_)
     keys, codes, failures = _core.corner_supports(part.position, part.corner, grid)
     keys, codes = np.asarray(keys), np.asarray(codes)
     if failures:
         _raise_first_failure(part, keys)
     order = np.lexsort((*codes.T, keys))  # stable
     if (order[1:] < order[:-1]).any():
-        points.permute(body, order)
+        points.permute(range_, order)
         keys, codes = keys[order], codes[order]
     return Groups(*_core.group_corner_points(grid.dim, keys, codes))
 

@@ -36,7 +36,7 @@ def initial_points(model: Model) -> MaterialPoints:
             point, bodies that would pass through each other, a stress that its law cannot have, or
             a law of the user that cannot be loaded or has other moduli than the declared ones.
     """
-    bodies: list[PointRange] = []
+    ranges: list[PointRange] = []
     parts: list[BodyPoints] = []
     parameters: dict[int, Floats] = {}
     starts: dict[int, Start] = {}
@@ -55,13 +55,13 @@ def initial_points(model: Model) -> MaterialPoints:
             start_of_layer = None if declared_starts is None else declared_starts[layer]
             values, found = _parameters(model, name, part.position[own], start_of_layer, grid)
             if values.ndim == 2:
-                parameters[len(bodies)] = values
+                parameters[len(ranges)] = values
             if start_of_layer is not None:
-                starts[len(bodies)] = start_of_layer
+                starts[len(ranges)] = start_of_layer
             declared.append(found)
             material, law = model.materials[name], model.laws[name]
             require_declared_moduli(law, values, dotted(("materials", name)))
-            bodies.append(
+            ranges.append(
                 PointRange(
                     name=body.name,
                     start=start + begin,
@@ -84,15 +84,15 @@ def initial_points(model: Model) -> MaterialPoints:
             begin += count
         parts.append(part)
         start += begin
-    corners = any(body.has_corners for body in bodies)
+    corners = any(range_.has_corners for range_ in ranges)
     points = MaterialPoints.undeformed(
-        bodies,
+        ranges,
         np.concatenate([part.position for part in parts]),
         np.concatenate([part.volume for part in parts]),
         np.concatenate([part.half_length for part in parts]),
         np.concatenate([part.corners() for part in parts]) if corners else None,
         parameters,
-        _at_all_points(bodies, declared, start),
+        _at_all_points(ranges, declared, start),
     )
     require_apart(model, points, grid)
     if model.bodies == first.bodies:
@@ -100,7 +100,7 @@ def initial_points(model: Model) -> MaterialPoints:
     if model.analysis.has_mass:
         points.motion = initial_motion(points, model)
     if model.analysis.kind == "axisymmetric":
-        for point_range in bodies:
+        for point_range in ranges:
             if point_range.convected_by_gradient:
                 keep_off_axis(points.part(point_range))
         points.update_bounding_boxes()
@@ -138,12 +138,12 @@ def _cell_length(grid: Grid, position: Floats) -> Values:
 
 
 def _at_all_points(
-    bodies: list[PointRange], declared: list[dict[str, Floats]], points: int
+    ranges: list[PointRange], declared: list[dict[str, Floats]], points: int
 ) -> Mapping[str, Floats]:
     """Returns the entries of all ranges that vary, by key, shape (points,)."""
     keys = dict.fromkeys(key for found in declared for key in found)
     arrays = {key: np.full(points, np.nan) for key in keys}
-    for body, found in zip(bodies, declared, strict=True):
+    for range_, found in zip(ranges, declared, strict=True):
         for key, values in found.items():
-            arrays[key][body.start : body.stop] = values
+            arrays[key][range_.start : range_.stop] = values
     return arrays

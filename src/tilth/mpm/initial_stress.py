@@ -120,8 +120,8 @@ def start_with_stress(points: MaterialPoints, model: Model, starts: Mapping[int,
         BadInput: a law cannot have its stress, or the stress lies outside the yield surface.
     """
     for number, start in starts.items():
-        body = points.bodies[number]
-        part, found = points.part(body), model.initial.of(body.name)
+        range_ = points.ranges[number]
+        part, found = points.part(range_), model.initial.of(range_.name)
         assert found is not None, "a start is declared"
         failed = part.start_with(start.stress, start.variables)
         if failed >= 0:
@@ -151,13 +151,13 @@ def _outside_yield(part: MaterialPoints, returned: bool) -> tuple[Flags, Flags]:
 
     returned: whether the former get the stress to which they would flow.
     """
-    body = part.bodies[0]
+    range_ = part.ranges[0]
     elastic, plastic, state = (
         np.empty_like(each) for each in (part.elastic_deformation, part.plastic, part.state)
     )
     kirchhoff, admissible = np.empty_like(part.stress), np.empty(len(part), dtype=bool)
     _core.return_to_law(
-        part.tensors, body.law.core, part.parameters_of(body), part.elastic_deformation,
+        part.tensors, range_.law.core, part.parameters_of(range_), part.elastic_deformation,
         part.plastic, part.state, elastic, plastic, state, kirchhoff, admissible,
     )  # fmt: skip
     change = np.abs(elastic - part.elastic_deformation).max(axis=1)
@@ -169,10 +169,10 @@ def _outside_yield(part: MaterialPoints, returned: bool) -> tuple[Flags, Flags]:
 
 
 def _refused(part: MaterialPoints, point: int, key: str, problem: str) -> BadInput:
-    body = part.bodies[0]
+    range_ = part.ranges[0]
     stress = ", ".join(f"{value:.4g}" for value in part.stress[point])
     return BadInput(
-        f"the starting stress {problem} ({body.law.name}) at {place_text(part.position[point])}: "
+        f"the starting stress {problem} ({range_.law.name}) at {place_text(part.position[point])}: "
         f"[{stress}], xx yy zz xy yz xz",
         "change the stress or the strength, or check their units, also that of the density: weight "
         "is density times acceleration; tension is positive",

@@ -52,10 +52,10 @@ class ConsistentMass:
         points = soil.points
         self._soil, self._mass, self._has_ghost = soil, mass, len(faces) > 0
         self.blocks: Floats = np.zeros(len(pattern.column))
-        for body, stencil, (start, position) in zip(
-            points.bodies, soil.active.stencils, pattern.block_positions, strict=True
+        for range_, stencil, (start, position) in zip(
+            points.ranges, soil.active.stencils, pattern.block_positions, strict=True
         ):
-            _core.add_mass(stencil, start, position, mass[body.points], self.blocks)
+            _core.add_mass(stencil, start, position, mass[range_.points], self.blocks)
         for elements, unit, which, weight in faces:
             free = np.ones((len(weight), unit.shape[1], 1), dtype=bool)
             scalar = self.blocks.reshape(-1, 1, 1)

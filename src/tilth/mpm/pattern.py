@@ -46,7 +46,7 @@ class Pattern:
 
     Args:
         key: sorted keys of the active nodes, shape (nodes,).
-        groups: per body, first entry of each group in the list of nodes, and this list.
+        groups: per range, first entry of each group in the list of nodes, and this list.
         couplings: per coupling, first entry of each element in the list of nodes, and this list.
         overlays: their number.
 
@@ -89,7 +89,7 @@ class Pattern:
 
     @cached_property
     def block_positions(self) -> list[tuple[Integers, Shorts]]:
-        """Per body, positions of the blocks of its groups in the matrix: start, position."""
+        """Per range, positions of the blocks of its groups in the matrix: start, position."""
         return [
             _core.block_positions(start, node, self.row_start, self.column)
             for start, node in self._groups

@@ -59,7 +59,7 @@ class PlasticVolumes:
 
     Args:
         points: at the start of the step.
-        centres: the cells of each body with F-bar, None for others.
+        centres: the cells of each range with F-bar, None for others.
         own: which points this process owns, shape (n,).
         comm: the processes that share the points.
 
@@ -75,10 +75,10 @@ class PlasticVolumes:
         comm: Communicator,
     ) -> None:
         self._points, self._own, self._comm = points, own, comm
-        self._bodies: list[tuple[PointRange, Centres]] = [
-            (body, each)
-            for body, each in zip(points.bodies, centres, strict=True)
-            if each is not None and body.law.name in LAWS
+        self._ranges: list[tuple[PointRange, Centres]] = [
+            (range_, each)
+            for range_, each in zip(points.ranges, centres, strict=True)
+            if each is not None and range_.law.name in LAWS
         ]
         self.difference = np.zeros(len(points))
         self._tried: list[tuple[Floats, Floats]] = []
@@ -108,13 +108,13 @@ class PlasticVolumes:
             Mean change over the mean elastic volumetric strain and `SETTLED`, by volume: at most 1
             if they are settled, and have not been changed.
         """
-        if not self._bodies:
+        if not self._ranges:
             return 0.0
         before = _core.volumetric_strains(self._points.elastic_deformation)
         after = _core.volumetric_strains(elastic)
         change = np.zeros_like(after)
-        for body, centres in self._bodies:
-            s = body.points
+        for range_, centres in self._ranges:
+            s = range_.points
             flow = before[s] + np.log(centres.jacobian) + self.difference[s] - after[s]
             flow[plastic_strain[s] == 0.0] = 0.0
             change[s] = centres.differences(flow, self._points.volume[s]) - self.difference[s]

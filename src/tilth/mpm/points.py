@@ -118,7 +118,7 @@ class MaterialPoints:
     axisymmetry xx is radial, yy axial and zz the hoop component.
 
     Attributes:
-        bodies: the ranges of the bodies and their layers.
+        ranges: the ranges of the bodies and their layers.
         point_id: permanent number, shape (n,).
         position: [length], shape (n, dim).
         displacement: from the initial position [length], shape (n, dim).
@@ -155,7 +155,7 @@ class MaterialPoints:
             material has no such parameter. Only of whole sets of points; it does not change.
     """
 
-    bodies: list[PointRange]
+    ranges: list[PointRange]
     point_id: Integers
     position: Floats
     displacement: Floats
@@ -180,7 +180,7 @@ class MaterialPoints:
     @classmethod
     def undeformed(
         cls,
-        bodies: list[PointRange],
+        ranges: list[PointRange],
         position: Floats,
         initial_volume: Floats,
         half_length: Floats,
@@ -197,13 +197,13 @@ class MaterialPoints:
             CPDI1 must be parallelepipeds. None for boxes with the half lengths.
         """
         n, dim = position.shape
-        if not any(body.has_corners for body in bodies):
+        if not any(range_.has_corners for range_ in ranges):
             corner = np.zeros((n, 0, dim))
         elif corner is None:
             corner = corner_signs(dim) * half_length[:, None]
-        convected = any(body.convected_by_gradient for body in bodies)
+        convected = any(range_.convected_by_gradient for range_ in ranges)
         points = cls(
-            bodies=bodies,
+            ranges=ranges,
             point_id=np.arange(n),
             position=np.array(position, dtype=np.float64, order="C"),
             displacement=np.zeros_like(position),
@@ -216,8 +216,8 @@ class MaterialPoints:
             plastic=np.zeros((n, 2)),
             elastic_share=np.ones(n),
             assumed_jacobian=np.ones(n),
-            state=np.zeros((n, max((len(b.law.state_variables) for b in bodies), default=0))),
-            parameters=_varying_parameters(bodies, parameters or {}, n),
+            state=np.zeros((n, max((len(r.law.state_variables) for r in ranges), default=0))),
+            parameters=_varying_parameters(ranges, parameters or {}, n),
             initial_half_length=np.array(half_length, dtype=np.float64, order="C"),
             half_length=np.array(half_length, dtype=np.float64, order="C"),
             initial_half_edge=mean_half_edges(corner) if convected else np.zeros((n, 0, dim)),
@@ -226,8 +226,8 @@ class MaterialPoints:
             varying=varying or {},
         )
         points.update_bounding_boxes()
-        for body in bodies:
-            points.part(body).start_with(np.zeros((body.stop - body.start, 6)))
+        for range_ in ranges:
+            points.part(range_).start_with(np.zeros((range_.stop - range_.start, 6)))
         return points
 
     def start_with(self, stress: Floats, variables: Mapping[str, Floats] | None = None) -> int:
@@ -239,11 +239,11 @@ class MaterialPoints:
 
         Returns the first point whose law cannot have its stress, -1 if all can.
         """
-        (body,) = self.bodies
-        parameters = self.parameters_of(body)
-        law, tensors = body.law.core, self.tensors
+        (range_,) = self.ranges
+        parameters = self.parameters_of(range_)
+        law, tensors = range_.law.core, self.tensors
         failed = _core.initial_state(tensors, law, parameters, stress, self.state)
-        for column, name in enumerate(body.law.state_variables):
+        for column, name in enumerate(range_.law.state_variables):
             given = (variables or {}).get(name)
             if failed < 0 and given is not None:
                 known = ~np.isnan(given)
@@ -255,19 +255,19 @@ class MaterialPoints:
         self.stress[:] = stress
         return failed
 
-    def parameters_of(self, body: PointRange) -> Floats:
-        """Returns the parameters of a body's law, shape (count,) or (points of the body, count)."""
-        if body.parameters is not None:
-            return body.parameters
-        first = self.bodies[0].start  # not 0 in a part
-        s = slice(body.start - first, body.stop - first)
-        return np.ascontiguousarray(self.parameters[s, : len(body.law.parameters)])
+    def parameters_of(self, range_: PointRange) -> Floats:
+        """Returns the parameters of a range's law, shape (count,) or (its points, count)."""
+        if range_.parameters is not None:
+            return range_.parameters
+        first = self.ranges[0].start  # not 0 in a part
+        s = slice(range_.start - first, range_.stop - first)
+        return np.ascontiguousarray(self.parameters[s, : len(range_.law.parameters)])
 
     def update_bounding_boxes(self) -> None:
         """Sets the half lengths of domains with corners to those of their bounding boxes."""
-        for body in self.bodies:
-            if body.has_corners:
-                part = self.part(body)
+        for range_ in self.ranges:
+            if range_.has_corners:
+                part = self.part(range_)
                 part.half_length[:] = np.abs(part.corner).max(axis=1)
 
     def convected_corners(self) -> Floats:
@@ -285,9 +285,9 @@ class MaterialPoints:
         if self.corner.shape[1] == 0:
             return None
         corners = self.corner.copy()
-        for body in self.bodies:
-            if not body.has_corners:
-                s = slice(body.start, body.stop)
+        for range_ in self.ranges:
+            if not range_.has_corners:
+                s = slice(range_.start, range_.stop)
                 corners[s] = corner_signs(self.position.shape[1]) * self.half_length[s, None]
         return corners
 
@@ -297,51 +297,51 @@ class MaterialPoints:
     @classmethod
     def array_names(cls) -> list[str]:
         """Returns the names of the per-point arrays."""
-        return [f.name for f in fields(cls) if f.name not in ("bodies", "varying")]
+        return [f.name for f in fields(cls) if f.name not in ("ranges", "varying")]
 
     def arrays(self) -> dict[str, npt.NDArray[np.generic]]:
-        """Returns the per-point arrays by name: with `bodies` they are the state to store."""
+        """Returns the per-point arrays by name: with `ranges` they are the state to store."""
         return {name: getattr(self, name) for name in self.array_names()}
 
-    def part(self, body: PointRange) -> MaterialPoints:
-        """Returns one body's points: views of the arrays, no copies."""
-        views = {name: array[body.start : body.stop] for name, array in self.arrays().items()}
-        return MaterialPoints(bodies=[body], **views)  # type: ignore[arg-type]
+    def part(self, range_: PointRange) -> MaterialPoints:
+        """Returns the points of a range: views of the arrays, no copies."""
+        views = {name: array[range_.start : range_.stop] for name, array in self.arrays().items()}
+        return MaterialPoints(ranges=[range_], **views)  # type: ignore[arg-type]
 
-    def permute(self, body: PointRange, order: Integers) -> None:
-        """Reorders one body's points: the point with index `order[i]` moves to index i."""
+    def permute(self, range_: PointRange, order: Integers) -> None:
+        """Reorders the points of a range: the point with index `order[i]` moves to index i."""
         for array in self.arrays().values():
-            array[body.start : body.stop] = array[body.start : body.stop].take(order, axis=0)
+            array[range_.points] = array[range_.points].take(order, axis=0)
 
     @property
     def body_id(self) -> Integers:
         """Number of each point's body, shape (n,)."""
-        return self._of_ranges(np.array([body.body for body in self.bodies]))
+        return self._of_ranges(np.array([range_.body for range_ in self.ranges]))
 
     @property
     def layer(self) -> Integers:
         """Number of each point's layer in its body, shape (n,)."""
-        return self._of_ranges(np.array([body.layer for body in self.bodies]))
+        return self._of_ranges(np.array([range_.layer for range_ in self.ranges]))
 
     def overlays_of(self, chosen: Integers) -> Integers | int:
         """Returns the overlay of points by their indices, shape (k,); 0 if all are 0."""
-        if all(body.overlay == 0 for body in self.bodies):
+        if all(range_.overlay == 0 for range_ in self.ranges):
             return 0
-        return self._of_ranges(np.array([body.overlay for body in self.bodies]))[chosen]
+        return self._of_ranges(np.array([range_.overlay for range_ in self.ranges]))[chosen]
 
     def overlay_of_body(self, name: str) -> int:
         """Returns the overlay of the body with this name; 0 if it is not there."""
-        return next((body.overlay for body in self.bodies if body.name == name), 0)
+        return next((range_.overlay for range_ in self.ranges if range_.name == name), 0)
 
     def _of_ranges(self, values: npt.NDArray[_Number]) -> npt.NDArray[_Number]:
         """Returns the value of each point's range, shape (n,)."""
-        return np.repeat(values, [body.stop - body.start for body in self.bodies])
+        return np.repeat(values, [range_.stop - range_.start for range_ in self.ranges])
 
     def whole_bodies(self) -> list[tuple[PointRange, slice]]:
         """Returns the first range of each body, and the points of all its ranges, in order."""
-        number = [body.body for body in self.bodies]
+        number = [range_.body for range_ in self.ranges]
         firsts = [
-            body for i, body in enumerate(self.bodies) if i == 0 or number[i - 1] != body.body
+            range_ for i, range_ in enumerate(self.ranges) if i == 0 or number[i - 1] != range_.body
         ]
         ends = [body.start for body in firsts[1:]] + [len(self)]
         return [(body, slice(body.start, end)) for body, end in zip(firsts, ends, strict=True)]
@@ -357,7 +357,7 @@ class MaterialPoints:
     @property
     def mass(self) -> Floats:
         """Mass of each point [mass, per unit length or full circle in 2D], shape (n,)."""
-        density = self._of_ranges(np.array([body.density for body in self.bodies]))
+        density = self._of_ranges(np.array([range_.density for range_ in self.ranges]))
         return np.asarray(density * self.initial_volume)
 
     @property
@@ -369,14 +369,14 @@ class MaterialPoints:
     def stress_jacobian(self) -> Floats:
         """Kirchhoff over Cauchy stress: det F, with F-bar that of the assumed F [-], shape (n,)."""
         jacobian = self.volume / self.initial_volume
-        for body in self.bodies:
-            if body.anti_locking == "f_bar":
-                jacobian[body.points] = self.assumed_jacobian[body.points]
+        for range_ in self.ranges:
+            if range_.anti_locking == "f_bar":
+                jacobian[range_.points] = self.assumed_jacobian[range_.points]
         return jacobian
 
     def state_variables(self) -> list[str]:
         """Returns the names of the state variables of all bodies' laws."""
-        names = [name for body in self.bodies for name in body.law.state_variables]
+        names = [name for range_ in self.ranges for name in range_.law.state_variables]
         return list(dict.fromkeys([PLASTIC_STRAIN, *names]))
 
     def state_variable(self, name: str) -> Floats:
@@ -387,33 +387,33 @@ class MaterialPoints:
         if name == PLASTIC_STRAIN:
             return self.plastic[:, 0]
         values = np.full(len(self), np.nan)
-        for body in self.bodies:
-            own = list(body.law.state_variables)
+        for range_ in self.ranges:
+            own = list(range_.law.state_variables)
             if name in own:
-                s = slice(body.start, body.stop)
+                s = slice(range_.start, range_.stop)
                 values[s] = self.state[s, own.index(name)]
         return values
 
     def elastic_moduli(self) -> ElasticModuli:
         """Returns the tangent elastic moduli at the points' states."""
         bulk, shear, young = (np.empty(len(self)) for _ in range(3))
-        for body in self.bodies:
-            s = slice(body.start, body.stop)
+        for range_ in self.ranges:
+            s = slice(range_.start, range_.stop)
             _core.elastic_moduli(
-                self.tensors, body.law.core, self.parameters_of(body), self.elastic_deformation[s],
-                self.state[s], bulk[s], shear[s], young[s],
+                self.tensors, range_.law.core, self.parameters_of(range_),
+                self.elastic_deformation[s], self.state[s], bulk[s], shear[s], young[s],
             )  # fmt: skip
         return ElasticModuli(bulk, shear, young)
 
     def stored_energy(self) -> float:
         """Returns the elastic strain energy of all points [force length]."""
         total = 0.0
-        for body in self.bodies:
-            s = slice(body.start, body.stop)
-            density = np.empty(body.stop - body.start)
+        for range_ in self.ranges:
+            s = slice(range_.start, range_.stop)
+            density = np.empty(range_.stop - range_.start)
             _core.stored_energy(
-                self.tensors, body.law.core, self.parameters_of(body), self.elastic_deformation[s],
-                self.state[s], density,
+                self.tensors, range_.law.core, self.parameters_of(range_),
+                self.elastic_deformation[s], self.state[s], density,
             )  # fmt: skip
             total += float(density @ self.initial_volume[s])
         return total
@@ -456,9 +456,9 @@ class MaterialPoints:
         Ranges without points are left out.
         """
         arrays = {name: array[kept] for name, array in self.arrays().items()}
-        counts = [int(kept[body.points].sum()) for body in self.bodies]
-        ranges = _ranges_of(self.bodies, counts)
-        return MaterialPoints(bodies=ranges, varying=self.varying, **arrays)  # type: ignore[arg-type]
+        counts = [int(kept[range_.points].sum()) for range_ in self.ranges]
+        ranges = _ranges_of(self.ranges, counts)
+        return MaterialPoints(ranges=ranges, varying=self.varying, **arrays)  # type: ignore[arg-type]
 
     def joined(self, other: MaterialPoints) -> MaterialPoints:
         """Returns the points of both, whose ranges are of different bodies or layers.
@@ -467,34 +467,34 @@ class MaterialPoints:
         columns. `varying` is that of `self`.
         """
         found = sorted(
-            ((body, each) for each in (self, other) for body in each.bodies),
+            ((range_, each) for each in (self, other) for range_ in each.ranges),
             key=lambda pair: (pair[0].body, pair[0].layer),
         )
         arrays = {
-            name: np.concatenate([getattr(each, name)[body.points] for body, each in found])
+            name: np.concatenate([getattr(each, name)[range_.points] for range_, each in found])
             for name in self.array_names()
         }
         ranges = _ranges_of([b for b, _ in found], [b.stop - b.start for b, _ in found])
-        return MaterialPoints(bodies=ranges, varying=self.varying, **arrays)
+        return MaterialPoints(ranges=ranges, varying=self.varying, **arrays)
 
 
-def _ranges_of(bodies: list[PointRange], counts: list[int]) -> list[PointRange]:
+def _ranges_of(ranges: list[PointRange], counts: list[int]) -> list[PointRange]:
     """Returns ranges with other numbers of points that follow each other; empty ones left out."""
     ends = np.cumsum(counts).tolist()
     return [
-        replace(body, start=end - count, stop=end)
-        for body, count, end in zip(bodies, counts, ends, strict=True)
+        replace(range_, start=end - count, stop=end)
+        for range_, count, end in zip(ranges, counts, ends, strict=True)
         if count
     ]
 
 
 def _varying_parameters(
-    bodies: list[PointRange], parameters: Mapping[int, Floats], points: int
+    ranges: list[PointRange], parameters: Mapping[int, Floats], points: int
 ) -> Floats:
     """Returns the parameters of the ranges that have none, shape (points, columns)."""
     columns = max((array.shape[1] for array in parameters.values()), default=0)
     values = np.zeros((points, columns))
     for number, array in parameters.items():
-        body = bodies[number]
-        values[body.start : body.stop, : array.shape[1]] = array
+        range_ = ranges[number]
+        values[range_.start : range_.stop, : array.shape[1]] = array
     return values

@@ -22,12 +22,12 @@ def shear_strength(points: MaterialPoints, model: Model) -> tuple[Floats, Floats
         model: of their stage, which has their materials.
     """
     cohesion, tangent = np.full((2, len(points)), np.nan)
-    for body in points.bodies:
-        material = model.materials[model.bodies[body.body].materials[body.layer]]
+    for range_ in points.ranges:
+        material = model.materials[model.bodies[range_.body].materials[range_.layer]]
         if not material.has_shear_strength:
             continue
-        values = np.moveaxis(points.parameters_of(body), -1, 0)
+        values = np.moveaxis(points.parameters_of(range_), -1, 0)
         columns = dict(zip(material.parameter_names, values, strict=True))
-        found = material.shear_strength(columns, points.plastic[body.points, 0])
-        cohesion[body.points], tangent[body.points] = found
+        found = material.shear_strength(columns, points.plastic[range_.points, 0])
+        cohesion[range_.points], tangent[range_.points] = found
     return cohesion, tangent

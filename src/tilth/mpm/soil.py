@@ -108,10 +108,10 @@ class Soil:
         self._interval = interval.array
         with timers.measure("basis"):
             self._centres = [
-                Centres.of(points.part(body), stencil, active, kind)
-                if body.anti_locking == "f_bar"
+                Centres.of(points.part(range_), stencil, active, kind)
+                if range_.anti_locking == "f_bar"
                 else None
-                for body, stencil in zip(points.bodies, active.stencils, strict=True)
+                for range_, stencil in zip(points.ranges, active.stencils, strict=True)
             ]
         self._torn_off = torn_off(points)
         if not self._torn_off.any():
@@ -129,7 +129,7 @@ class Soil:
         n = len(points)
         same = replace(
             points,
-            bodies=[replace(body, law=law, parameters=None) for body in points.bodies],
+            ranges=[replace(range_, law=law, parameters=None) for range_ in points.ranges],
             initial_volume=points.volume,
             deformation_gradient=np.tile(np.eye(3), (n, 1, 1)),
             elastic_deformation=np.zeros((n, 6)),
@@ -154,22 +154,22 @@ class Soil:
         points, trial = self.points, self._trial
         with self._timers.measure("stress"):
             elastic, plastic, state = self._start()
-            for body, stencil, centres in zip(
-                points.bodies, self.active.stencils, self._centres, strict=True
+            for range_, stencil, centres in zip(
+                points.ranges, self.active.stencils, self._centres, strict=True
             ):
-                s = slice(body.start, body.stop)
+                s = slice(range_.start, range_.stop)
                 if centres is not None:
                     centres.update(displacement)
                 point, status = _core.stress_update(
-                    self.kind, body.law.core, points.parameters_of(body), stencil, displacement,
+                    self.kind, range_.law.core, points.parameters_of(range_), stencil, displacement,
                     points.position[s], elastic[s], plastic[s], state[s],
                     trial.elastic[s], trial.plastic[s], trial.state[s], trial.response[s], centres,
                     self._torn_off[s], self._kept[s], self._interval,
                 )  # fmt: skip
                 if status:
-                    number = int(points.point_id[body.start + point])
+                    number = int(points.point_id[range_.start + point])
                     inverted = "a material point inverted (det F <= 0)"
-                    reason = inverted if status == INVERTED else body.law.failure
+                    reason = inverted if status == INVERTED else range_.law.failure
                     raise StepFailed(reason, point=number)
 
     def _start(self) -> tuple[Floats, Floats, Floats]:
@@ -190,9 +190,9 @@ class Soil:
         """
         determinant, inverse = self.step_inverses(displacement)
         scaled = 2 if self.kind == "plane_strain" else 3
-        for body, centres in zip(self.points.bodies, self._centres, strict=True):
+        for range_, centres in zip(self.points.ranges, self._centres, strict=True):
             if centres is not None:
-                s = body.points
+                s = range_.points
                 ratio = (determinant[s] / centres.jacobian) ** (1.0 / scaled)
                 inverse[s, :scaled, :scaled] *= ratio[:, None, None]
         trial = self._trial
@@ -220,10 +220,10 @@ class Soil:
             return self._plastic_volumes.revise(self._trial.elastic, self.plastic_increment())
 
     def _volumes(self) -> list[Floats]:
-        """Returns the volumes of the Kirchhoff stress, V0 J / J_bar before the step, by body."""
+        """Returns the volumes of the Kirchhoff stress, V0 J / J_bar before the step, by range."""
         volumes = []
-        for body, centres in zip(self.points.bodies, self._centres, strict=True):
-            volume = self.points.initial_volume[body.start : body.stop]
+        for range_, centres in zip(self.points.ranges, self._centres, strict=True):
+            volume = self.points.initial_volume[range_.start : range_.stop]
             volumes.append(volume if centres is None else volume * centres.jacobian_ratio_before)
         return volumes
 
@@ -231,11 +231,11 @@ class Soil:
         """Returns the internal force of the trial state [force], shape (nodes, dim)."""
         force = np.zeros((self.active.nodes, self.active.grid.dim))
         with self._timers.measure("assembly"):
-            for body, stencil, volume, centres in zip(
-                self.points.bodies, self.active.stencils, self._volumes(), self._centres,
+            for range_, stencil, volume, centres in zip(
+                self.points.ranges, self.active.stencils, self._volumes(), self._centres,
                 strict=True,
             ):  # fmt: skip
-                s = slice(body.start, body.stop)
+                s = slice(range_.start, range_.stop)
                 _core.internal_force(
                     self.kind, stencil, volume, self.points.position[s],
                     self._trial.response[s], force, centres,
@@ -248,11 +248,11 @@ class Soil:
         pattern: the grid of the step with the pattern of the matrix.
         """
         with self._timers.measure("assembly"):
-            for body, stencil, (start, position), volume, centres in zip(
-                self.points.bodies, self.active.stencils, pattern.block_positions, self._volumes(),
+            for range_, stencil, (start, position), volume, centres in zip(
+                self.points.ranges, self.active.stencils, pattern.block_positions, self._volumes(),
                 self._centres, strict=True,
             ):  # fmt: skip
-                s = slice(body.start, body.stop)
+                s = slice(range_.start, range_.stop)
                 _core.stiffness(
                     self.kind, stencil, start, position,
                     volume, self.points.position[s], self._trial.response[s],
@@ -263,8 +263,8 @@ class Soil:
         """Returns sum_p S_ap vector_p of a quantity of the points, (n, k) -> (nodes, k)."""
         nodal = np.zeros((self.active.nodes, *vector.shape[1:]))
         with self._timers.measure("assembly"):
-            for body, stencil in zip(self.points.bodies, self.active.stencils, strict=True):
-                part = np.ascontiguousarray(vector[body.start : body.stop], dtype=np.float64)
+            for range_, stencil in zip(self.points.ranges, self.active.stencils, strict=True):
+                part = np.ascontiguousarray(vector[range_.start : range_.stop], dtype=np.float64)
                 _core.scatter(stencil, part, nodal)
         return nodal
 
@@ -298,8 +298,8 @@ class Soil:
     def interpolate(self, nodal: Floats) -> Floats:
         """Returns sum_a S_ap nodal_a at the points, shape (n, dim)."""
         vector = np.empty((len(self.points), nodal.shape[1]))
-        for body, stencil in zip(self.points.bodies, self.active.stencils, strict=True):
-            _core.interpolate(stencil, nodal, vector[body.start : body.stop])
+        for range_, stencil in zip(self.points.ranges, self.active.stencils, strict=True):
+            _core.interpolate(stencil, nodal, vector[range_.start : range_.stop])
         return vector
 
     def step_inverses(self, displacement: Floats) -> tuple[Floats, Floats]:
@@ -310,8 +310,8 @@ class Soil:
         points = self.points
         determinant, inverse = np.empty(len(points)), np.empty((len(points), 3, 3))
         with self._timers.measure("assembly"):
-            for body, stencil in zip(points.bodies, self.active.stencils, strict=True):
-                s = body.points
+            for range_, stencil in zip(points.ranges, self.active.stencils, strict=True):
+                s = range_.points
                 _core.step_inverses(
                     self.kind, stencil, displacement, points.position[s], determinant[s],
                     inverse[s],
@@ -334,12 +334,12 @@ class Soil:
             matrix: to which it is added.
         """
         with self._timers.measure("assembly"):
-            for body, stencil, (start, position) in zip(
-                self.points.bodies, self.active.stencils, pattern.block_positions, strict=True
+            for range_, stencil, (start, position) in zip(
+                self.points.ranges, self.active.stencils, pattern.block_positions, strict=True
             ):
                 _core.add_force_derivative(
-                    stencil, start, position, np.ascontiguousarray(by_displacement[body.points]),
-                    np.ascontiguousarray(by_gradient[body.points]), matrix,
+                    stencil, start, position, np.ascontiguousarray(by_displacement[range_.points]),
+                    np.ascontiguousarray(by_gradient[range_.points]), matrix,
                 )  # fmt: skip
 
     def moved_domains(self, displacement: Floats) -> MovedDomains:
@@ -358,20 +358,20 @@ class Soil:
         points, trial = self.points, self._trial
         with self._timers.measure("other"):
             move_domain_faces(points, self.active, displacement)
-            for body, stencil in zip(points.bodies, self.active.stencils, strict=True):
-                part = points.part(body)
-                s = slice(body.start, body.stop)
+            for range_, stencil in zip(points.ranges, self.active.stencils, strict=True):
+                part = points.part(range_)
+                s = slice(range_.start, range_.stop)
                 _core.advance(
                     self.kind, stencil, displacement, part.position, trial.response[s],
                     part.plastic, trial.plastic[s], part.last_gradient,
                     part.deformation_gradient, part.stress, part.elastic_share,
-                    body.forgotten_strain, self._kept[s],
+                    range_.forgotten_strain, self._kept[s],
                 )  # fmt: skip
                 _core.interpolate(stencil, displacement, part.last_displacement)
             for number, (corner, shift) in domains.items():
-                body = points.bodies[number]
-                points.corner[body.start : body.stop] = corner
-                points.last_displacement[body.start : body.stop] = shift
+                range_ = points.ranges[number]
+                points.corner[range_.start : range_.stop] = corner
+                points.last_displacement[range_.start : range_.stop] = shift
             points.position += points.last_displacement
             points.displacement += points.last_displacement
             for number, centres in enumerate(self._centres):
@@ -382,22 +382,22 @@ class Soil:
             update_domains(points, self.kind)
 
     def _advance_f_bar(self, number: int, centres: Centres) -> None:
-        """Updates the assumed Jacobian and the Cauchy stress of a body with F-bar."""
-        body = self.points.bodies[number]
-        s = slice(body.start, body.stop)
+        """Updates the assumed Jacobian and the Cauchy stress of a range with F-bar."""
+        range_ = self.points.ranges[number]
+        s = slice(range_.start, range_.stop)
         self.points.assumed_jacobian[s] *= centres.jacobian
         self.points.stress[s] *= centres.jacobian_ratio[:, None]
         self._smooth_volumetric_strains(number, centres)
 
     def _smooth_volumetric_strains(self, number: int, centres: Centres) -> None:
         """Smooths the volumetric strains of yielding points towards the means of their cells."""
-        body, stencil = self.points.bodies[number], self.active.stencils[number]
-        s, points = slice(body.start, body.stop), self.points
+        range_, stencil = self.points.ranges[number], self.active.stencils[number]
+        s, points = slice(range_.start, range_.stop), self.points
         elastic, jacobian = self._trial.elastic[s], points.assumed_jacobian[s]
         plastic_increment = self._trial.plastic[s, 0] - points.plastic[s, 0]
         if not plastic_increment.any():
             return
-        volume, volumetric = points.part(body).volume, _core.volumetric_strains(elastic)
+        volume, volumetric = points.part(range_).volume, _core.volumetric_strains(elastic)
         nodal = np.zeros((self.active.nodes, 2))
         _core.scatter(stencil, np.column_stack([volume, volume * volumetric]), nodal)
         smooth = np.empty((len(volume), 1))
@@ -413,9 +413,10 @@ class Soil:
             np.empty_like(a) for a in (trial, plastic[smoothed], points.stress[s][smoothed])
         )
         state_after, admissible = state[smoothed], np.empty(len(smoothed), dtype=bool)
-        parameters = points.parameters_of(body)
+        parameters = points.parameters_of(range_)
         _core.return_to_law(
-            self.kind, body.law.core, parameters if parameters.ndim == 1 else parameters[smoothed],
+            self.kind, range_.law.core,
+            parameters if parameters.ndim == 1 else parameters[smoothed],
             trial, plastic[smoothed], state[smoothed],
             returned, plastic_after, state_after, stress, admissible,
         )  # fmt: skip

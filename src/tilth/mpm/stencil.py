@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The stencils of the material points of one body: their nodes and basis values."""
+"""The stencils of one range of material points: their nodes and basis values."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tilth.arrays import Floats, Integers, Shorts, make_read_only
 
 @dataclass(frozen=True)
 class Stencil:
-    """Basis values of one body's points, in groups of points that share all their nodes.
+    """Basis values of one range of points, in groups of points that share all their nodes.
 
     The arrays of indices become read-only.
 

@@ -21,10 +21,10 @@ def pore_mass(points: MaterialPoints) -> Floats:
     Of the initial volume, as `MaterialPoints.mass`; 0 where no density below the water is declared.
     """
     mass = np.zeros(len(points))
-    for body in points.bodies:
-        if body.wet_density is not None:
-            added = body.wet_density - body.density
-            mass[body.points] = added * points.initial_volume[body.points]
+    for range_ in points.ranges:
+        if range_.wet_density is not None:
+            added = range_.wet_density - range_.density
+            mass[range_.points] = added * points.initial_volume[range_.points]
     return mass
 
 
@@ -42,9 +42,9 @@ def without_wet_density(points: MaterialPoints, wet: Flags) -> int | None:
 
     wet: which points are below the water, shape (n,).
     """
-    for body in points.bodies:
-        if body.wet_density is None and (found := np.flatnonzero(wet[body.points])).size:
-            return body.start + int(found[0])
+    for range_ in points.ranges:
+        if range_.wet_density is None and (found := np.flatnonzero(wet[range_.points])).size:
+            return range_.start + int(found[0])
     return None
 
 
@@ -70,7 +70,7 @@ def require_wet_densities(model: Model, points: MaterialPoints) -> None:
         planes = surface.planes(points.position, time)
         share, _ = wet_share(planes.depth, half_extents(points, planes.direction))
         if (dry := without_wet_density(points, share > 0.0)) is not None:
-            body = next(each for each in points.bodies if each.start <= dry < each.stop)
+            body = next(each for each in points.ranges if each.start <= dry < each.stop)
             name = model.bodies[body.body].materials[body.layer]
             raise BadInput(
                 f"missing, but at time {time:g} the body {body.name!r} of this material is below "

@@ -49,9 +49,9 @@ def _sums(soil: Soil, volume: Floats, value: Floats) -> Floats:
     """Returns the sums of the points' volumes, and of these times a value, shape (cells, 2)."""
     active, grid = soil.active, soil.active.grid
     filled = np.zeros((len(active.cell_keys), 2))
-    for body, stencil in zip(soil.points.bodies, active.stencils, strict=True):
-        s, own = slice(body.start, body.stop), active.of_overlay(body.overlay)
-        if body.has_corners:
+    for range_, stencil in zip(soil.points.ranges, active.stencils, strict=True):
+        s, own = slice(range_.start, range_.stop), active.of_overlay(range_.overlay)
+        if range_.has_corners:
             for column, weight in enumerate((volume[s], volume[s] * value[s])):
                 _, _, _, _, moment, *_ = _core.share_corner_domains(
                     stencil, soil.points.position[s], soil.points.corner[s], weight, grid,

@@ -88,7 +88,7 @@ class WaterForces(Term):
             _moment(surface, loads, soil, time) for time in (before, after)
         )
         self._volume = points.volume
-        ranges = [(body.keeps_water, body.stop - body.start) for body in points.bodies]
+        ranges = [(range_.keeps_water, range_.stop - range_.start) for range_ in points.ranges]
         self._keeps_water = np.repeat(*map(np.array, zip(*ranges, strict=True)))
         if loads.acts_on_mass:
             depth, extents = self._after.planes.depth, self._after.extents

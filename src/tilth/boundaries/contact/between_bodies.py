@@ -274,7 +274,7 @@ def _own_trace(
     own, order: the points in its cells and the number of each.
     """
     trace = trace_in_cells(own)
-    if any(body.has_corners for body in points.bodies if body.name == name):
+    if any(range_.has_corners for range_ in points.ranges if range_.name == name):
         places = part_samples(parts, EVEN)
         place = np.repeat(np.arange(len(places)), places.shape[1])
         sample = places.reshape(len(place), -1)
@@ -302,9 +302,9 @@ def _faces(
     second body's domains.
     """
     moment = np.zeros((active.nodes, 1 + normal.shape[1]))
-    for body, stencil in zip(points.bodies, active.stencils, strict=True):
-        if body.name == name:
-            part = points.part(body)
+    for range_, stencil in zip(points.ranges, active.stencils, strict=True):
+        if range_.name == name:
+            part = points.part(range_)
             volume = part.volume[:, None]
             _core.scatter(stencil, np.hstack([volume, volume * part.position]), moment)
     nodes = at.node[at.cell]

@@ -131,9 +131,9 @@ def _corners(points: MaterialPoints, chosen: Integers) -> Floats:
     if points.corner.shape[1] == 0:
         return np.zeros((0, 2**dim, dim))
     corners = points.corner[chosen]
-    for body in points.bodies:
-        if not body.has_corners:
-            own = (chosen >= body.start) & (chosen < body.stop)
+    for range_ in points.ranges:
+        if not range_.has_corners:
+            own = (chosen >= range_.start) & (chosen < range_.stop)
             corners[own] = corner_signs(dim) * points.half_length[chosen[own], None]
     return corners
 

@@ -310,7 +310,7 @@ class ContactSurface(CarriedContact, Implicit):
 
         cohesion, slope: c [stress] and tan(phi) [-] of all material points.
         """
-        names = {body.body: body.name for body in points.bodies}
+        names = {range_.body: range_.name for range_ in points.ranges}
         number = points.body_id[point]
         parts = np.zeros((4, len(point)))
         bilateral = np.zeros(len(point), dtype=bool)

@@ -124,8 +124,8 @@ def _between(
     place, normal, _ = surface.surface_points(0.0)
     if len(place) == 0 or len(points) == 0:
         return
-    names = {body.body: body.name for body in points.bodies}
-    overlay = {body.body: body.overlay for body in points.bodies}
+    names = {range_.body: range_.name for range_ in points.ranges}
+    overlay = {range_.body: range_.overlay for range_ in points.ranges}
     reach = REACH * grid.sizes_at(place) * normal
     through = thickness * normal
     one, other = (_bodies_at(at, points, grid) for at in (place + reach, place - through - reach))

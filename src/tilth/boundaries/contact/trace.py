@@ -98,8 +98,8 @@ def trace_in_cells(at: PointsInCells) -> Trace:
 def with_corners(points: MaterialPoints) -> Flags:
     """Returns which points have domains with corners, shape (n,)."""
     found = np.zeros(len(points), dtype=bool)
-    for body in points.bodies:
-        found[body.points] = body.has_corners
+    for range_ in points.ranges:
+        found[range_.points] = range_.has_corners
     return found
 
 
