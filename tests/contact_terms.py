@@ -201,9 +201,9 @@ def product(balance: Balance, blocks: Floats, direction: Floats) -> Floats:
 def states(term: AssembledContact) -> list[tuple[bool, bool, float]]:
     """Whether each multiplier is closed, and slides, and how its strength grows with pressure."""
     found = []
-    for support, _, each in term._each():
+    for patch, _, each in term._each():
         response = each.response
-        growth = support.law.strength(-response.traction[:, 0])[1]
+        growth = patch.law.strength(-response.traction[:, 0])[1]
         found += zip(
             response.closed.tolist(), response.sliding.tolist(), growth.tolist(), strict=True
         )
@@ -213,8 +213,8 @@ def states(term: AssembledContact) -> list[tuple[bool, bool, float]]:
 def branches(term: AssembledContact) -> set[str]:
     """The branches of the law at the last forces."""
     found = set()
-    for support, _, each in term._each():
-        present = support.area > 0.0
+    for patch, _, each in term._each():
+        present = patch.area > 0.0
         closed, sliding = each.response.closed & present, each.response.sliding
         found |= {"open"} if (present & ~closed).any() else set()
         found |= {"slip"} if (closed & sliding).any() else set()

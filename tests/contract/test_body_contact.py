@@ -82,12 +82,12 @@ def test_bodies_that_move_together_do_not_slip(
     balance, term = next_contact(simulation, 0.25, 0.5, monkeypatch)
     shift = np.array([0.1, -0.2, 0.05])[: balance.active.grid.dim]
     u = np.tile(shift, (balance.active.nodes, 1))
-    for support in term._supports:
-        support.gap[:] = 0.0
+    for patch in term._patches:
+        patch.gap[:] = 0.0
     term.forces(u, np.zeros(0))
-    for support, _, each in term._each():
-        assert isinstance(support.part, BodyContact)
-        taking_part = support.area > 0.0
+    for patch, _, each in term._each():
+        assert isinstance(patch.part, BodyContact)
+        taking_part = patch.area > 0.0
         assert taking_part.any()
         np.testing.assert_allclose(each.slip[taking_part], 0.0, rtol=0, atol=1e-14)
 

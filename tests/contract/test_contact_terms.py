@@ -35,7 +35,7 @@ BRANCHES = {
 def test_derivatives(kind: str, law: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Of nodal forces and of the body's equations, by nodal displacement and the body's motion.
 
-    In each branch of each law. The body in axisymmetry has one support, which stays closed while
+    In each branch of each law. The body in axisymmetry has one patch, which stays closed while
     the body is free.
     """
     seen: set[str] = set()
@@ -107,17 +107,17 @@ def test_soil_that_moves_with_the_body_does_not_slip(
     shift = np.array([0.1, -0.2, 0.05])[: body.dim]
     arm = balance.active.position - body.centre
     u = shift + arm @ (rotation_by(turn) - np.eye(body.dim)).T
-    for support in term._supports:
-        support.activate(support.part.touch.closed)
-        support.gap[:] = 0.0  # that of the last step, on other supports
+    for patch in term._patches:
+        patch.activate(patch.part.touch.closed)
+        patch.gap[:] = 0.0  # that of the last step, on other patches
     term.forces(u, np.concatenate([shift, turn]))
-    for support, _, each in term._each():
-        assert support.active[support.part.touch.closed].all()
-        taking_part = support.area > 0.0
+    for patch, _, each in term._each():
+        assert patch.active[patch.part.touch.closed].all()
+        taking_part = patch.area > 0.0
         assert taking_part.any()
         np.testing.assert_allclose(each.slip[taking_part], 0.0, rtol=0, atol=1e-14)
         closed = taking_part & each.response.closed
-        before = support.before[closed]
+        before = patch.before[closed]
         np.testing.assert_allclose(
             each.response.traction[closed], before, rtol=0, atol=1e-6 * np.abs(before).max()
         )

@@ -22,8 +22,8 @@ def may_tilt(balance: Balance) -> bool:
     """
     for term in balance.terms:
         if isinstance(term, AssembledContact) and term.body is None:
-            for support in term._supports:
-                part = support.part
+            for patch in term._patches:
+                part = patch.part
                 if is_without_arm(part.owner, part.pose.position, part.pose.weight):
                     return True
     return False

@@ -115,12 +115,12 @@ def test_gaps_follow_what_is_measured_since_contact_closed(
     simulation = pressed_block("plane_strain", "friction", DRIVEN)
     simulation.advance(0.0, 0.25)
     _, term = next_contact(simulation, 0.25, 0.5, monkeypatch)
-    support = max(term._supports, key=lambda each: int(each.part.touch.closed.sum()))
-    touch, cell = support.part.touch, support.part.boundary.cell
+    patch = max(term._patches, key=lambda each: int(each.part.touch.closed.sum()))
+    touch, cell = patch.part.touch, patch.part.boundary.cell
     assert touch.closed.any()
-    assert support.part.boundary.is_flat  # the bottom of the box
-    monkeypatch.setattr(type(support.part.boundary), "is_flat", flat)
-    support.part.pose.gradient[:] = np.array([[0.0, -0.003], [0.003, 0.0]]) * turns
+    assert patch.part.boundary.is_flat  # the bottom of the box
+    monkeypatch.setattr(type(patch.part.boundary), "is_flat", flat)
+    patch.part.pose.gradient[:] = np.array([[0.0, -0.003], [0.003, 0.0]]) * turns
     most = 0.0 if flat and not turns else LARGEST_DRIFT * cell
     inexact = (INEXACT_DRIFT + SCATTER_OF_MEANS * touch.scatter.max() / cell) * cell
     for drift, expected in (
@@ -130,11 +130,11 @@ def test_gaps_follow_what_is_measured_since_contact_closed(
         (inexact + cell, most),
     ):
         touch.moved[:] = touch.gap + drift
-        support.restart()
-        present = touch.closed & (support.part.pose.weight > 0.0)
-        followed = (support.first_gap - touch.gap)[present]
+        patch.restart()
+        present = touch.closed & (patch.part.pose.weight > 0.0)
+        followed = (patch.first_gap - touch.gap)[present]
         np.testing.assert_allclose(followed, expected, rtol=0, atol=1e-12 * cell)
-        assert not (support.first_gap - touch.gap)[~touch.closed].any()
+        assert not (patch.first_gap - touch.gap)[~touch.closed].any()
 
 
 def test_a_step_that_failed_leaves_gaps_of_supports_to_the_next_one(
@@ -144,23 +144,23 @@ def test_a_step_that_failed_leaves_gaps_of_supports_to_the_next_one(
     simulation = pressed_block("plane_strain", "friction", DRIVEN)
     simulation.advance(0.0, 0.25)
     _, term = next_contact(simulation, 0.25, 0.5, monkeypatch)
-    support = max(term._supports, key=lambda each: int(each.part.touch.closed.sum()))
-    part, touch, cell = support.part, support.part.touch, support.part.boundary.cell
+    patch = max(term._patches, key=lambda each: int(each.part.touch.closed.sum()))
+    part, touch, cell = patch.part, patch.part.touch, patch.part.boundary.cell
     touch.gap[touch.closed] = 0.05 * cell
     touch.moved[:] = touch.gap
-    whole = np.array([touch.closed[part.owner == k].all() for k in range(support.count)])
-    whole &= support.area > 0.0
+    whole = np.array([touch.closed[part.owner == k].all() for k in range(patch.count)])
+    whole &= patch.area > 0.0
     assert whole.any()
-    support.restart(cautious=True)
-    np.testing.assert_allclose(support.gap[whole], 0.05 * cell, rtol=1e-12)
+    patch.restart(cautious=True)
+    np.testing.assert_allclose(patch.gap[whole], 0.05 * cell, rtol=1e-12)
     for motion in (0.0, 0.01, 0.1):
         part.pose.increment[:] = [motion * cell, 0.0]
-        support.restart(cautious=True, deferring=True)
+        patch.restart(cautious=True, deferring=True)
         left = max(0.05 - motion, 0.0) * cell
-        np.testing.assert_allclose(support.gap[whole], 0.05 * cell - left, rtol=0, atol=1e-14)
+        np.testing.assert_allclose(patch.gap[whole], 0.05 * cell - left, rtol=0, atol=1e-14)
         present = touch.closed & (part.pose.weight > 0.0)
-        np.testing.assert_allclose(support.left[present], left, rtol=0, atol=1e-14)
-        assert not support.left[~touch.closed].any()
+        np.testing.assert_allclose(patch.left[present], left, rtol=0, atol=1e-14)
+        assert not patch.left[~touch.closed].any()
 
 
 def test_what_is_left_to_the_next_step_is_carried(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -168,20 +168,20 @@ def test_what_is_left_to_the_next_step_is_carried(monkeypatch: pytest.MonkeyPatc
     simulation = pressed_block("plane_strain", "friction", DRIVEN)
     simulation.advance(0.0, 0.25)
     _, term = next_contact(simulation, 0.25, 0.5, monkeypatch)
-    support = max(term._supports, key=lambda each: int(each.part.touch.closed.sum()))
-    part, touch = support.part, support.part.touch
+    patch = max(term._patches, key=lambda each: int(each.part.touch.closed.sum()))
+    part, touch = patch.part, patch.part.touch
     touch.gap[touch.closed] = 0.05 * part.boundary.cell
     touch.moved[:] = touch.gap
     part.pose.increment[:] = 0.0
-    support.restart(cautious=True, deferring=True)
+    patch.restart(cautious=True, deferring=True)
     stored: list[Floats] = []
     monkeypatch.setattr(type(part.boundary), "store", lambda own, *rest: stored.append(rest[-1]))
     still = np.zeros((term._active.nodes, 2))
     term.forces(still, np.zeros(0))
-    pushed = np.einsum("ni,ni->n", part.pose.normal, term._moved(support, np.zeros(0)))
+    pushed = np.einsum("ni,ni->n", part.pose.normal, term._moved(patch, np.zeros(0)))
     term.commit(still)
-    closed = touch.closed & ~term._is_small(support)[part.owner]
-    kept = stored[term._supports.index(support)] + pushed
+    closed = touch.closed & ~term._is_small(patch)[part.owner]
+    kept = stored[term._patches.index(patch)] + pushed
     np.testing.assert_allclose(kept[closed], touch.gap[closed], rtol=0, atol=1e-12)
 
 
@@ -194,9 +194,9 @@ def test_gaps_of_small_supports_are_tolerated_and_forgotten(
     What is tolerated in contact must not act on the traction: the next step's mean gap begins at 0.
     """
     _, term = next_contact(pressed_block(kind, "friction"), 0.0, 0.25, monkeypatch)
-    support = max(term._supports, key=lambda each: float(each.area.max()))
-    part, touch, cell = support.part, support.part.touch, support.part.boundary.cell
-    number, dim = int(support.area.argmax()), part.pose.position.shape[1]
+    patch = max(term._patches, key=lambda each: float(each.area.max()))
+    part, touch, cell = patch.part, patch.part.touch, patch.part.boundary.cell
+    number, dim = int(patch.area.argmax()), part.pose.position.shape[1]
     own, weight = part.owner == number, part.pose.weight
     spread = np.random.default_rng(1).uniform(-0.01, 0.01, own.sum()) * cell
     spread -= np.average(spread, weights=weight[own])
@@ -209,14 +209,14 @@ def test_gaps_of_small_supports_are_tolerated_and_forgotten(
         is_wide = is_closed and not is_small and of_cell < -1e-4
         weight[own] *= share * cell ** (dim - 1) / part.area[own].sum()
         touch.gap[own] = touch.moved[own] = gap + spread
-        support.restart()
+        patch.restart()
         term.forces(still, at_rest)
         term.revise(still)
-        added = support.stiffness[number, 0] * gap if is_wide else 0.0
-        assert support.added[number, 0] == pytest.approx(added, rel=1e-9)
+        added = patch.stiffness[number, 0] * gap if is_wide else 0.0
+        assert patch.added[number, 0] == pytest.approx(added, rel=1e-9)
         stored.clear()
         term.commit(still)
-        kept = stored[term._supports.index(support)][own]
+        kept = stored[term._patches.index(patch)][own]
         expected = spread if is_closed and is_small else gap + spread
         np.testing.assert_allclose(kept, expected, rtol=0, atol=1e-12 * cell)
 

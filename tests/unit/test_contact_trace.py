@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Displacement of soil where a surface meets it, its share of the surface, and small supports."""
+"""Displacement of soil where a surface meets it, its share of the surface, and small patches."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tilth.boundaries.contact.measure import (
     measure,
     part_samples,
 )
-from tilth.boundaries.contact.supports import SLIVER, is_sliver, without_small
+from tilth.boundaries.contact.patches import SLIVER, is_sliver, without_small
 from tilth.boundaries.contact.surface import AWAY, NEVER
 from tilth.boundaries.contact.trace import trace_of_domains
 from tilth.geometry.quadrature import _tributary_parts
@@ -173,7 +173,7 @@ def test_slivers_are_supports_and_not_points() -> None:
 
 @pytest.mark.parametrize("more", [0.0, 1e-15, -1e-15, 2e-3, -2e-3])
 def test_hairs_of_soil_do_not_decide_which_supports_join(more: float) -> None:
-    """Two small supports beside a large one: the same of both first, and to the same side."""
+    """Two small patches beside a large one: the same of both first, and to the same side."""
     owner = np.array([0, 0, 1, 2])
     position = np.array([[0.0, 0.0], [0.5 - 1e-7 * more, 0.0], [1.0, 0.0], [1.5, 0.0]])
     weight = np.array([0.5, 0.25, 0.25, 0.25 + more])
@@ -195,23 +195,23 @@ def test_what_turned_round_beyond_its_strength_is_told() -> None:
 def test_no_equilibrium_is_accepted_beyond_the_strength(
     kind: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Where supports stick because they turned round, they slide from the revision on."""
+    """Where patches stick because they turned round, they slide from the revision on."""
     simulation = pressed(kind, "held adhesion", DRIVEN)
     simulation.advance(0.0, 0.25)
     balance, term = next_contact(simulation, 0.25, 0.5, monkeypatch)
     still = np.zeros((balance.active.nodes, dimension(kind)))
     unknowns = np.zeros_like(term.scale)
     term.forces(still, unknowns)
-    for support, _, each in term._each():
-        support.slip = -each.response.slip
+    for patch, _, each in term._each():
+        patch.slip = -each.response.slip
     term.forces(still, unknowns)
     assert any(each.response.turned.any() for _, _, each in term._each())
     assert term.revise(still)
     term.forces(still, unknowns)
-    for support, _, each in term._each():
+    for patch, _, each in term._each():
         size = np.linalg.norm(each.response.traction[:, 1:], axis=1)
-        strength, _ = support.law.strength(-each.response.traction[:, 0])
-        present = support.area > 0.0
+        strength, _ = patch.law.strength(-each.response.traction[:, 0])
+        present = patch.area > 0.0
         assert (size[present] <= strength[present] * (1.0 + 1e-12)).all()
 
 

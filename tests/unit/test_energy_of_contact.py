@@ -35,7 +35,7 @@ LARGEST_ERROR = {
     "pipe": 1e-4,
 }
 """Of the balance over the work, or over what is stored and dissipated if that is more, in six
-situations. In a pair the forces at the start of a step, when supports are others, are not those at
+situations. In a pair the forces at the start of a step, when patches are others, are not those at
 the end of the last one."""
 Entries = dict[str, Any]
 

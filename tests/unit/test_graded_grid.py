@@ -22,7 +22,7 @@ from small_problems import (
 from tilth import Model
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
-from tilth.boundaries.contact.supports import is_sliver, without_small
+from tilth.boundaries.contact.patches import is_sliver, without_small
 from tilth.geometry.plane import Plane
 from tilth.geometry.quadrature import make_quadrature
 from tilth.mpm.domains import bound_domains

@@ -119,7 +119,7 @@ def footing(kind: str, share: float, way: float, *, mirrored: bool = False) -> M
 
 
 def owners(model: Model, monkeypatch: pytest.MonkeyPatch) -> tuple[float, list[int]]:
-    """The force on the footing at the end, and how many supports it had in each step."""
+    """The force on the footing at the end, and how many patches it had in each step."""
     count: list[int] = []
     joined = SurfaceConstraint.joined
 
@@ -141,7 +141,7 @@ def test_the_last_vertex_is_inside_the_end(monkeypatch: pytest.MonkeyPatch) -> N
     force = {}
     for share in (0.0, INSIDE - 0.01, INSIDE + 0.01, 0.49, 0.51, 0.99):
         force[share], count = owners(footing("plane_strain", share, 0.1 * H), monkeypatch)
-        assert len(set(count)) == 1  # the same supports in all steps
+        assert len(set(count)) == 1  # the same patches in all steps
         before = share + np.arange(4)  # cells from the end to the lines before it
         held = (before >= INSIDE) & (HALF - before * H > -0.5 * H)  # half a cell past the middle
         assert count[0] == held.sum()
@@ -159,7 +159,7 @@ def test_after_a_long_way_soil_would_have_flowed_past_the_end(
 
 
 def test_a_narrow_footing_keeps_all_vertices(monkeypatch: pytest.MonkeyPatch) -> None:
-    """With one support the soil under it could turn."""
+    """With one patch the soil under it could turn."""
     entries = footing("plane_strain", 0.8, 0.1 * H).to_dict()
     for width, number in ((2.9 * H, 3), (3.1 * H, 2)):
         entries["boundaries"][-1]["geometry"]["width"] = width

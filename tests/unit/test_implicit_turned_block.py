@@ -51,7 +51,7 @@ def test_stress_in_a_box_that_turns(basis: str, steps: int) -> None:
 def test_stress_in_a_bonded_body_that_turns(basis: str) -> None:
     """By 180 degrees in 96 steps: below 0.7 %; with the motion at the quadrature points 29 %.
 
-    In steps twice as long the supports of the tractions, which are new in each step, leave 1 %.
+    In steps twice as long the patches of the tractions, which are new in each step, leave 1 %.
     """
     assert max(errors(basis, "bonded", 180.0, 96)) <= 0.007
 

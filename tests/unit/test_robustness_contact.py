@@ -25,7 +25,7 @@ FEW_IN_SPACE, MANY_IN_SPACE = 3, 20
 BALANCE = 1e-8
 MEAN_DEPTH = 0.01
 LEAST_LENGTH = 0.5
-"""Length in cells from which on a contact has a mean that means something: less is one support."""
+"""Length in cells from which on a contact has a mean that means something: less is one patch."""
 
 
 class Watched:

@@ -103,9 +103,9 @@ class Recounted(Explanation):
 def by_the_law(term: AssembledContact) -> dict[str, set[int]]:
     """Points of a surface in contact and sliding, counted one by one."""
     closed, slides, number = set(), set(), 0
-    for support, _, found in term._each():
-        for point, owner in enumerate(support.part.owner):
-            if found.response.closed[owner] and support.active[point]:
+    for patch, _, found in term._each():
+        for point, owner in enumerate(patch.part.owner):
+            if found.response.closed[owner] and patch.active[point]:
                 closed.add(number)
                 if found.response.sliding[owner]:
                     slides.add(number)

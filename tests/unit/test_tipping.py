@@ -27,7 +27,7 @@ def block(cells: int, basis: str, turn: float, share: float) -> Model:
 @pytest.mark.parametrize(("cells", "within"), [(2, 0.05), (4, 0.02)])
 @pytest.mark.parametrize(("basis", "turn"), [("gimp", 0.0), ("cpdi2", 20.0)])
 def test_a_block_tips_about_its_edge(basis: str, turn: float, cells: int, within: float) -> None:
-    """Without supports of their own at the ends of its base at 0.71 and 0.81 of the exact share."""
+    """Without patches of their own at the ends of its base at 0.71 and 0.81 of the exact share."""
     march(block(cells, basis, turn, (1.0 - within) / SLENDERNESS), lambda *_: None)
     with pytest.raises(TilthError):
         march(block(cells, basis, turn, (1.0 + within) / SLENDERNESS), lambda *_: None)

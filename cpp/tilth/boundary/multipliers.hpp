@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The multiplier space of implicit boundaries: multipliers that are constant on the parts of a
-// boundary nearest to its vertices, and the means of the grid's displacement over these supports.
+// boundary nearest to its vertices, and the means of the grid's displacement over these patches.
 #pragma once
 
 #include "../grid.hpp"
@@ -211,16 +211,16 @@ class MultiplierSpace {
   Vertices<Dim> vertices_;
 };
 
-/// Multipliers, and the nodes on which the means over their supports depend, in ragged rows.
+/// Multipliers, and the nodes on which the means over their patches depend, in ragged rows.
 struct Means {
-  std::vector<double> area;              // (multipliers): of the supports
+  std::vector<double> area;              // (multipliers): of the patches
   std::vector<double> penalty;           // (multipliers): harmonic mean over the points
   std::vector<std::int64_t> node_start;  // (multipliers + 1)
   std::vector<std::int32_t> node;        // sorted within a multiplier
   std::vector<double> row;               // (entries, Dim): integral of N times the direction
 };
 
-/// Integrates over the support of each multiplier. A slot is one direction of one quadrature point:
+/// Integrates over the patch of each multiplier. A slot is one direction of one quadrature point:
 /// `owner` (slots) is its multiplier, `point` (slots) its point, `direction` (slots, Dim) and
 /// `penalty` (slots) its own; `cell_of` (points), `weight` (points) and the shape functions `value`
 /// (points, 2^Dim) belong to the points, `node` (cells, 2^Dim) are the cells' corners.

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from tilth.arrays import Floats
-from tilth.boundaries.contact.constraint import Supports
+from tilth.boundaries.contact.constraint import Patches
 
 LEAST_COSINE = 0.1
 """Least cosine between the force on a body and the normal where the body can come down on soil."""
@@ -18,30 +18,30 @@ FIRST_OVERLAP = 0.01
 
 
 def distance_to_soil(
-    supports: Sequence[Supports],
+    patches: Sequence[Patches],
     moved: Sequence[Floats],
     still: Floats,
     direction: Floats,
-    of_support: Callable[[Floats], float],
+    of_patch: Callable[[Floats], float],
 ) -> float | None:
     """Returns how far soil is from a body in a direction [length]; None if it is in contact.
 
     None, too, where no distance is finite.
 
     Args:
-        supports: of the body's surfaces.
+        patches: of the body's surfaces.
         moved: prescribed displacements of their points in the step [length], (n, dim) each.
         still: nodal displacement of zero, shape (nodes, dim).
         direction: unit, shape (dim,).
-        of_support: the distance of a support for those of its points that are nearest to the soil.
+        of_patch: the distance of a patch for those of its points that are nearest to the soil.
     """
     nearest = np.inf
-    for support, motion in zip(supports, moved, strict=True):
-        response = support.respond(support.slips(still, motion))
-        if (response.closed & (support.area > 0.0)).any():
+    for patch, motion in zip(patches, moved, strict=True):
+        response = patch.respond(patch.slips(still, motion))
+        if (response.closed & (patch.area > 0.0)).any():
             return None
-        towards = support.part.pose.normal @ direction
-        faces = (towards > LEAST_COSINE) & support.active
-        distance = support.part.touch.gap[faces] / towards[faces]
-        nearest = min(nearest, of_support(distance))
+        towards = patch.part.pose.normal @ direction
+        faces = (towards > LEAST_COSINE) & patch.active
+        distance = patch.part.touch.gap[faces] / towards[faces]
+        nearest = min(nearest, of_patch(distance))
     return nearest if np.isfinite(nearest) else None

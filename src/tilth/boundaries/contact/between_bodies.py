@@ -2,13 +2,13 @@
 """Contact between two soil bodies in one step.
 
 Each body has nodes of its own. The quadrature points lie on the tracked surface of the first body;
-the gap is measured along its normals to the second one. Means, supports, law and forces are those
+the gap is measured along its normals to the second one. Means, patches, law and forces are those
 of a rigid surface (`constraint.py`), with the displacement of the first body in place of the
 surface's:
 
     m = (1/A) sum_q a_q [f_q . (u_2(y_q) - u_1(x_q)) + g_q (normal only)].
 
-The supports are selected in the cells of the second body.
+The patches are selected in the cells of the second body.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """One surface in contact in one step: mean gaps and slips of its multipliers, and its tractions.
 
-The supports are those of the implicit boundary method (`boundaries/implicit/multipliers.py`),
-selected for the normal direction; the shear tractions have the same supports. With the quadrature
+The patches are those of the implicit boundary method (`boundaries/implicit/multipliers.py`),
+selected for the normal direction; the shear tractions have the same patches. With the quadrature
 weights a_q of the active points, f_q the normal and the tangents, d the displacement of the
 surface and g_q the gap at the start of the step,
 
@@ -10,7 +10,7 @@ surface and g_q the gap at the start of the step,
     traction of each point: f_q sigma(m), with the law of `law.py`.
 
 u is taken at y_q, where the normal through the point meets the soil. A point is active if its gap
-and slip count in the means of its support.
+and slip count in the means of its patch.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from tilth.boundaries.contact.law import (
     first_slip,
     respond,
 )
-from tilth.boundaries.contact.supports import is_sliver, surrounded, without_small
+from tilth.boundaries.contact.patches import is_sliver, surrounded, without_small
 from tilth.boundaries.contact.surface import CarriedContact, Touch
 from tilth.boundaries.contact.trace import Trace
 from tilth.boundaries.implicit.constraint import PointsNearSoil
@@ -42,11 +42,11 @@ NEAR = 0.01
 
 
 INEXACT_DRIFT, SCATTER_OF_MEANS = 0.02, 0.25
-"""Difference, in the mean over a support, between measured and carried gaps that is not drift: in
+"""Difference, in the mean over a patch, between measured and carried gaps that is not drift: in
 cells, and as a share of the scatter of measured gaps."""
 
 LARGEST_DRIFT = 0.01
-"""By how much a support follows what is measured in one step, in cells."""
+"""By how much a patch follows what is measured in one step, in cells."""
 
 RENEWAL = 1e-3
 """Relative difference of a given shear strength from that of the pressure that is left."""
@@ -85,7 +85,7 @@ class ContactConstraint(PointsNearSoil):
 
     @property
     def constrained_directions(self) -> Floats:
-        """The direction for which the supports are selected, the normal, shape (1, n, dim)."""
+        """The direction for which the patches are selected, the normal, shape (1, n, dim)."""
         return self.pose.normal[None]
 
     @property
@@ -120,7 +120,7 @@ class ContactConstraint(PointsNearSoil):
     def with_owner(self, owner: Integers, overlay: Integers) -> ContactConstraint:
         """Returns the same with the multiplier of each point, shape (n,).
 
-        Small supports join their neighbours on soil of the same overlay; slivers without
+        Small patches join their neighbours on soil of the same overlay; slivers without
         neighbours have no weight.
 
         overlay: of the nodes, shape (nodes,).
@@ -180,8 +180,8 @@ class ContactConstraint(PointsNearSoil):
         self.boundary.store(self.chosen, reference, closed, self.measured, self.touch, gap)
 
 
-class Supports:
-    """The supports of a surface's m multipliers and their mean gaps and slips.
+class Patches:
+    """The patches of a surface's m multipliers and their mean gaps and slips.
 
     Args:
         part: the points, with the multiplier of each.
@@ -193,9 +193,9 @@ class Supports:
 
     Attributes:
         active: which points are active, shape (n,).
-        area: of the supports [length^(dim - 1)], shape (m,); 0 where no point is active.
+        area: of the patches [length^(dim - 1)], shape (m,); 0 where no point is active.
         node_start, node: nodes of each multiplier, ragged, shapes (m + 1,), (entries,).
-        row: integrals of N f over the supports, shape (dim, entries, dim), normal first.
+        row: integrals of N f over the patches, shape (dim, entries, dim), normal first.
         frame: normal and tangents at the points, shape (dim, n, dim).
         first_gap: gaps of the points at the start of the step [length], shape (n,), less
         left: what of them is left to the next step, shape (n,).
@@ -205,7 +205,7 @@ class Supports:
         slip: directions in which they slide at the last linearisation, shape (m, dim - 1).
         given: whether the shear strength is given: that of the pressure at the start of the step,
         strength: or this one [stress], shape (m,).
-        share: of each point in the mean over its support [-], shape (n,).
+        share: of each point in the mean over its patch [-], shape (n,).
         fixed: which are closed, whatever their traction, shape (m,); None by the law.
     """
 
@@ -232,11 +232,11 @@ class Supports:
     def restart(self, cautious: bool = False, deferring: bool = False) -> None:
         """Sets the state at the start of the step.
 
-        cautious: whether the shear strength is that at the start of the step, and supports in
+        cautious: whether the shear strength is that at the start of the step, and patches in
             contact begin without points near the soil, whose gap in the mean would open them.
-        deferring: whether supports close no more of their mean gap than the surface moves in this
+        deferring: whether patches close no more of their mean gap than the surface moves in this
             step, so that a smaller step has less to close, and leave the rest to the next one. The
-            mean gap is drift, and the mean of carried gaps where the points were in other supports.
+            mean gap is drift, and the mean of carried gaps where the points were in other patches.
         """
         self.given, self.strength = cautious, None
         self.fixed = None
@@ -272,8 +272,8 @@ class Supports:
     def _drift(self) -> Floats:
         """Returns by how much points in contact follow what is measured in a step [length], (n,).
 
-        The gaps carried are those of supports; along a curved surface soil drifts off it while it
-        slides. The measured gaps are followed in the mean over a support, beyond their inexactness.
+        The gaps carried are those of patches; along a curved surface soil drifts off it while it
+        slides. The measured gaps are followed in the mean over a patch, beyond their inexactness.
         They are not followed along flat faces that do not turn: there nothing drifts, and domains
         of sheared soil do not end at the surface.
         """
@@ -291,7 +291,7 @@ class Supports:
         return bool((np.abs(gradient - gradient.transpose(0, 2, 1)) > LEAST_TURN).any())
 
     def _mean_in_contact(self, value: Floats) -> Floats:
-        """Returns at points in contact at the start the means over their support, others 0, (n,).
+        """Returns at points in contact at the start the means over their patch, others 0, (n,).
 
         value: of the points, shape (n,).
         """
@@ -443,25 +443,25 @@ class Supports:
         return np.asarray(self.first_gap + np.einsum("ni,ni->n", self.part.pose.normal, slip))
 
 
-def select_by_gaps(supports: Sequence[Supports], gaps: Sequence[Floats]) -> None:
-    """Makes points of a body active by their gaps at the end of the step, as `Supports.select`.
+def select_by_gaps(patches: Sequence[Patches], gaps: Sequence[Floats]) -> None:
+    """Makes points of a body active by their gaps at the end of the step, as `Patches.select`.
 
     Without contact before only those nearest to the soil, not all that would be in it after free
-    fall. gaps: for a predicted motion, of each support's points [length].
+    fall. gaps: for a predicted motion, of each patch's points [length].
     """
-    own = [g[s.part.pose.weight > 0.0] for g, s in zip(gaps, supports, strict=True)]
+    own = [g[s.part.pose.weight > 0.0] for g, s in zip(gaps, patches, strict=True)]
     lowest = min((float(each.min(initial=np.inf)) for each in own), default=np.inf)
-    if any(support.part.touch.closed.any() for support in supports):
+    if any(patch.part.touch.closed.any() for patch in patches):
         lowest = max(lowest, 0.0)
-    for support, gap in zip(supports, gaps, strict=True):
-        support.select(gap, lowest)
+    for patch, gap in zip(patches, gaps, strict=True):
+        patch.select(gap, lowest)
 
 
 def frames(normal: Floats, weight: Floats, owner: Integers, count: int) -> Floats:
-    """Returns normals and tangents of points, shape (dim, n, dim), continuous in each support.
+    """Returns normals and tangents of points, shape (dim, n, dim), continuous in each patch.
 
-    The tangents follow from those of a support's mean normal by the smallest rotation onto the
-    point's normal. In the mean the points of a support without any weight count alike.
+    The tangents follow from those of a patch's mean normal by the smallest rotation onto the
+    point's normal. In the mean the points of a patch without any weight count alike.
     """
     dim = normal.shape[1]
     if dim == 2:

@@ -2,7 +2,7 @@
 """The forces of contact on one boundary or rigid body as a term of the balance.
 
 Internal force of the soil: the sum over all multipliers of B^a sigma^a, with B^a the integral of
-N f^a over the support and sigma^a the traction along f^a, which depends on the mean gap and slips
+N f^a over the patch and sigma^a the traction along f^a, which depends on the mean gap and slips
 m^a = B^a . u / A - D^a. Those of a rigid body depend on its free components g as well: with
 G^a = dD^a/dg its balance is
 
@@ -21,7 +21,7 @@ from tilth import _core
 from tilth.arrays import Flags, Floats
 from tilth.boundaries.contact.approach import FIRST_OVERLAP, distance_to_soil
 from tilth.boundaries.contact.between_bodies import BodyContact
-from tilth.boundaries.contact.constraint import Supports, select_by_gaps
+from tilth.boundaries.contact.constraint import Patches, select_by_gaps
 from tilth.boundaries.contact.outcome import Evaluated, contact_outcome
 from tilth.boundaries.contact.rigid_body import WEAK_SPRING, RigidBody
 from tilth.errors import StepFailed
@@ -35,12 +35,12 @@ LARGEST_MEAN_GAP = 1e-4
 """Greatest mean gap of a multiplier in contact at the end of a step, in cells."""
 
 LEAST_SUPPORT = 0.05
-"""Least area of a support, in faces of a cell, whose mean gap counts: where soil covers a surface's
-edge only just, the supports on both sides can be more than the nodes there satisfy."""
+"""Least area of a patch, in faces of a cell, whose mean gap counts: where soil covers a surface's
+edge only just, the patches on both sides can be more than the nodes there satisfy."""
 
 OVERLAP = 2e-3
 """Depth of soil in the surface, in cells, from which a point becomes active within a step; where
-the support of its multiplier is in contact, gap up to which it does."""
+the patch of its multiplier is in contact, gap up to which it does."""
 
 LARGEST_HOLE = 0.05
 """Gap in cells up to which a point in the middle of the area in contact is in contact as well: the
@@ -63,15 +63,15 @@ MAXIMUM_RENEWALS = 10
 the start of the step is none."""
 
 MAXIMUM_REVISIONS_FIXED = 60
-"""As `MAXIMUM_REVISIONS`, where single supports change."""
+"""As `MAXIMUM_REVISIONS`, where single patches change."""
 
 
 class AssembledContact(GlobalUnknowns):
     """`ContactForces` (`terms.py`) in the matrix's pattern.
 
     Where changes are careful, the shear strength is that of the pressure at the start of the step
-    from the first iteration on (`PATIENCE`), and points that join a support in contact do not open
-    it by their gap. Where they are single, supports open and close one at a time as well: within
+    from the first iteration on (`PATIENCE`), and points that join a patch in contact do not open
+    it by their gap. Where they are single, patches open and close one at a time as well: within
     Newton's iteration they may do so in turn for ever. They also leave to the next step those gaps
     that a smaller step would not make smaller.
     """
@@ -79,7 +79,7 @@ class AssembledContact(GlobalUnknowns):
     def __init__(
         self,
         name: str,
-        supports: Sequence[Supports],
+        patches: Sequence[Patches],
         elements: Sequence[Elements],
         body: RigidBody | None,
         after: float,
@@ -90,9 +90,9 @@ class AssembledContact(GlobalUnknowns):
         self.name = name
         self.label = f"contact with {name!r}"
         self.body = body
-        self._supports, self._elements = supports, elements
+        self._patches, self._elements = patches, elements
         self._after, self._active, self._normal_before = after, active, normal_before
-        between = any(isinstance(support.part, BodyContact) for support in supports)
+        between = any(isinstance(patch.part, BodyContact) for patch in patches)
         self.role = Role.BETWEEN_BODIES if between else Role.CONTACT
         self.scale = np.zeros(0) if body is None else body.scale
         self._cell = float(active.grid.cell_size.min())
@@ -112,27 +112,27 @@ class AssembledContact(GlobalUnknowns):
         """Whether only contact holds the body, against a force now or at the step's start."""
         if self.body is None or self.body.step is not None or len(self.scale) == 0:
             return False
-        return self._is_loaded or any(support.before.any() for support in self._supports)
+        return self._is_loaded or any(patch.before.any() for patch in self._patches)
 
     def _increments(self, unknowns: Floats) -> Floats:
         assert self.body is not None
         return self.body.increments(unknowns)
 
-    def _moved(self, support: Supports, unknowns: Floats) -> Floats:
+    def _moved(self, patch: Patches, unknowns: Floats) -> Floats:
         """Returns the displacements of a surface's points in the step [length], shape (n, dim)."""
-        pose = support.part.pose
+        pose = patch.part.pose
         if self.body is None:
             return pose.increment
         return self.body.displacements(self._increments(unknowns), pose.position)
 
     def _evaluate(self, displacement: Floats, unknowns: Floats) -> list[Evaluated]:
         found = []
-        for support in self._supports:
-            moved = self._moved(support, unknowns)
-            slip = support.slips(displacement, moved)
-            if self._is_fixed and support.fixed is None:
-                support.fixed = support.respond(slip).closed
-            respond = support.respond_at_guess if self._is_guessed else support.respond
+        for patch in self._patches:
+            moved = self._moved(patch, unknowns)
+            slip = patch.slips(displacement, moved)
+            if self._is_fixed and patch.fixed is None:
+                patch.fixed = patch.respond(slip).closed
+            respond = patch.respond_at_guess if self._is_guessed else patch.respond
             found.append(Evaluated(slip, respond(slip), moved))
         if self._may_hold:
             self._hold(found)
@@ -141,7 +141,7 @@ class AssembledContact(GlobalUnknowns):
     def begin_at_guess(self) -> None:
         """As `GlobalUnknowns.begin_at_guess`: at first what was pressed stays in contact.
 
-        A guess is in balance with nothing yet: a mean gap far below a cell would open a support by
+        A guess is in balance with nothing yet: a mean gap far below a cell would open a patch by
         its stiff law, and a body without contact would turn, or the system be singular.
         """
         self._is_guessed = True
@@ -154,20 +154,20 @@ class AssembledContact(GlobalUnknowns):
         """
         best, least = None, np.inf
         self._held = False
-        for i, (support, each) in enumerate(zip(self._supports, found, strict=True)):
-            present = support.area > 0.0
+        for i, (patch, each) in enumerate(zip(self._patches, found, strict=True)):
+            present = patch.area > 0.0
             if (each.response.closed & present).any():
                 return
-            tension = np.where(present, support.trial(each.slip)[:, 0], np.inf)
+            tension = np.where(present, patch.trial(each.slip)[:, 0], np.inf)
             if tension.min(initial=np.inf) < least:
                 best, least = (i, int(tension.argmin())), float(tension.min())
         if best is None:
             return
         self._held = True
         number, multiplier = best
-        held = np.arange(self._supports[number].count) == multiplier
+        held = np.arange(self._patches[number].count) == multiplier
         slip = found[number].slip
-        found[number].response = self._supports[number].respond(slip, held)
+        found[number].response = self._patches[number].respond(slip, held)
 
     def first_unknowns(self) -> Floats:
         """As `GlobalUnknowns.first_unknowns`: a free body without contact moves to the soil.
@@ -206,11 +206,11 @@ class AssembledContact(GlobalUnknowns):
         if self.body is not None:
             self.body.start(unknowns, size)
 
-    def _distance(self, direction: Floats, of_support: Callable[[Floats], float]) -> float | None:
+    def _distance(self, direction: Floats, of_patch: Callable[[Floats], float]) -> float | None:
         zero = np.zeros_like(self.scale)
-        moved = [self._moved(support, zero) for support in self._supports]
+        moved = [self._moved(patch, zero) for patch in self._patches]
         still = np.zeros((self._active.nodes, self._active.grid.dim))
-        return distance_to_soil(self._supports, moved, still, direction, of_support)
+        return distance_to_soil(self._patches, moved, still, direction, of_patch)
 
     def forces(self, displacement: Floats, unknowns: Floats) -> tuple[Floats, Floats]:
         """As `GlobalUnknowns.forces`."""
@@ -218,14 +218,14 @@ class AssembledContact(GlobalUnknowns):
         self._evaluated = self._evaluate(displacement, unknowns)
         self._unknowns = unknowns.copy()
         nodal = np.zeros_like(displacement)
-        for support, elements, each in self._each():
-            _core.add_element_forces(elements, support.entry_force(each.response.traction), nodal)
+        for patch, elements, each in self._each():
+            _core.add_element_forces(elements, patch.entry_force(each.response.traction), nodal)
         if self.body is None:
             return nodal, np.zeros(0)
         own = self._weak * unknowns - self.body.applied(self._increments(unknowns), self._after)
-        for support, _, each in self._each():
-            lever = self._levers(support, unknowns)
-            own -= np.einsum("k,jka,ka->j", support.area, lever, each.response.traction)
+        for patch, _, each in self._each():
+            lever = self._levers(patch, unknowns)
+            own -= np.einsum("k,jka,ka->j", patch.area, lever, each.response.traction)
         return nodal, own
 
     def _select(self, displacement: Floats, unknowns: Floats) -> None:
@@ -233,20 +233,20 @@ class AssembledContact(GlobalUnknowns):
         if self._is_selected or self.body is None or not self.body.moves_with_inertia:
             return
         self._is_selected = True
-        gaps = [s.gaps(displacement, self._moved(s, unknowns)) for s in self._supports]
-        select_by_gaps(self._supports, gaps)
+        gaps = [s.gaps(displacement, self._moved(s, unknowns)) for s in self._patches]
+        select_by_gaps(self._patches, gaps)
 
-    def _each(self) -> list[tuple[Supports, Elements, Evaluated]]:
-        return list(zip(self._supports, self._elements, self._evaluated, strict=True))
+    def _each(self) -> list[tuple[Patches, Elements, Evaluated]]:
+        return list(zip(self._patches, self._elements, self._evaluated, strict=True))
 
-    def _levers(self, support: Supports, unknowns: Floats) -> Floats:
+    def _levers(self, patch: Patches, unknowns: Floats) -> Floats:
         """Returns G, the derivatives of the mean motion by the free components, (m, k, dim)."""
         assert self.body is not None
-        position = support.part.pose.position
+        position = patch.part.pose.position
         derivatives = self.body.displacement_derivatives(self._increments(unknowns), position)
-        shape = (0, support.count, position.shape[1])
+        shape = (0, patch.count, position.shape[1])
         return (
-            np.stack([support.mean(each) for each in derivatives])
+            np.stack([patch.mean(each) for each in derivatives])
             if len(derivatives)
             else (np.zeros(shape))
         )
@@ -255,10 +255,10 @@ class AssembledContact(GlobalUnknowns):
         """As `AssembledTerm.add_stiffness`."""
         self._linearisations += 1
         self._is_guessed = False
-        for support, elements, each in self._each():
-            support.slip = each.response.slip
-            support.given |= self._linearisations >= PATIENCE
-            for column, row in zip(support.columns(each.response), support.row, strict=True):
+        for patch, elements, each in self._each():
+            patch.slip = each.response.slip
+            patch.given |= self._linearisations >= PATIENCE
+            for column, row in zip(patch.columns(each.response), patch.row, strict=True):
                 _core.add_outer_blocks(elements, column, np.ascontiguousarray(row), blocks)
 
     def border(self, displacement: Floats, unknowns: Floats) -> Border:
@@ -270,17 +270,17 @@ class AssembledContact(GlobalUnknowns):
             return Border(columns, rows, corner, self.scale)
         increments = self._increments(unknowns)
         corner = corner + self.body.load_stiffness(increments, self._after)
-        for support, elements, each in self._each():
-            lever = self._levers(support, unknowns)
+        for patch, elements, each in self._each():
+            lever = self._levers(patch, unknowns)
             derivative = each.response.derivative
             right = np.einsum("kab,jkb->jka", derivative, lever)
             left = np.einsum("jka,kab->jkb", lever, derivative)
             for j in range(count):
-                _core.add_element_forces(elements, -support.entry_force(right[j]), columns[j])
-                _core.add_element_forces(elements, -support.entry_force(left[j]), rows[j])
-            corner += np.einsum("k,ika,jka->ij", support.area, lever, right)
-            force = support.weight[:, None] * support.distribute(each.response.traction)
-            corner += self.body.geometric_stiffness(increments, support.part.pose.position, force)
+                _core.add_element_forces(elements, -patch.entry_force(right[j]), columns[j])
+                _core.add_element_forces(elements, -patch.entry_force(left[j]), rows[j])
+            corner += np.einsum("k,ika,jka->ij", patch.area, lever, right)
+            force = patch.weight[:, None] * patch.distribute(each.response.traction)
+            corner += self.body.geometric_stiffness(increments, patch.part.pose.position, force)
         return Border(columns, rows, corner, self.scale)
 
     def constant_force(self) -> Floats:
@@ -288,52 +288,52 @@ class AssembledContact(GlobalUnknowns):
         zero = np.zeros((self._active.nodes, self._active.grid.dim))
         nodal = np.zeros_like(zero)
         evaluated = self._evaluate(zero, np.zeros_like(self.scale))
-        for support, elements, each in zip(self._supports, self._elements, evaluated, strict=True):
-            _core.add_element_forces(elements, support.entry_force(each.response.traction), nodal)
+        for patch, elements, each in zip(self._patches, self._elements, evaluated, strict=True):
+            _core.add_element_forces(elements, patch.entry_force(each.response.traction), nodal)
         return nodal
 
     def magnitude(self, displacement: Floats) -> Floats:
         """As `AssembledTerm.magnitude`."""
         total = np.zeros_like(displacement)
         size = np.abs(displacement)
-        for support, elements, each in self._each():
-            rows = np.abs(support.row)
-            along = np.einsum("aei,ei->ea", rows, size[support.node])
-            slip = np.add.reduceat(along, support.node_start[:-1], axis=0)
-            slip = slip / np.where(support.area > 0.0, support.area, 1.0)[:, None]
-            slip = slip + np.abs(support.mean(each.moved))
+        for patch, elements, each in self._each():
+            rows = np.abs(patch.row)
+            along = np.einsum("aei,ei->ea", rows, size[patch.node])
+            slip = np.add.reduceat(along, patch.node_start[:-1], axis=0)
+            slip = slip / np.where(patch.area > 0.0, patch.area, 1.0)[:, None]
+            slip = slip + np.abs(patch.mean(each.moved))
             stiffness = np.abs(each.response.derivative).max(axis=(1, 2))
-            force = np.abs(support.before) + stiffness[:, None] * slip
-            spread = np.einsum("aei,ea->ei", rows, force[support.entry_owner])
+            force = np.abs(patch.before) + stiffness[:, None] * slip
+            spread = np.einsum("aei,ea->ei", rows, force[patch.entry_owner])
             _core.add_element_forces(elements, spread, total)
         return total
 
     def joined_nodes(self) -> Flags:
         """As `AssembledTerm.joined_nodes`."""
         joined = np.zeros(self._active.nodes, dtype=bool)
-        for support in self._supports:
-            joined[support.node] = True
+        for patch in self._patches:
+            joined[patch.node] = True
         return joined
 
     def adapt(self, displacement: Floats) -> bool:
         """As `AssembledTerm.adapt`: points that soil has come to are active."""
         changed = False
-        for support, _, each in self._each():
-            held = (each.response.closed & (support.area > 0.0))[support.part.owner]
-            gaps = support.gaps(displacement, each.moved)
+        for patch, _, each in self._each():
+            held = (each.response.closed & (patch.area > 0.0))[patch.part.owner]
+            gaps = patch.gaps(displacement, each.moved)
             touches = gaps < np.where(held, OVERLAP, -OVERLAP) * self._cell
-            new = touches & ~support.active
-            holes = ~touches & ~support.active & held & (gaps < LARGEST_HOLE * self._cell)
+            new = touches & ~patch.active
+            holes = ~touches & ~patch.active & held & (gaps < LARGEST_HOLE * self._cell)
             if self._is_selected:  # its gaps are not less exact there
                 holes[:] = False
-            among = support.part.at_hole(holes, held & (support.active | touches))
+            among = patch.part.at_hole(holes, held & (patch.active | touches))
             if new.any() or len(among):
-                if self._is_cautious:  # a gap in the mean would open the support
+                if self._is_cautious:  # a gap in the mean would open the patch
                     among = np.concatenate([among, np.flatnonzero(new & (gaps > 0.0))])
-                support.close(among, gaps[among])
+                patch.close(among, gaps[among])
                 new[among] = True
-                support.share[new] = 1.0
-                support.activate(support.active | new)
+                patch.share[new] = 1.0
+                patch.activate(patch.active | new)
                 changed = True
         return changed
 
@@ -343,8 +343,8 @@ class AssembledContact(GlobalUnknowns):
         self._changes = changes
         self._is_selected = self._is_guessed = False
         self._held = self._may_hold = False
-        for support in self._supports:
-            support.restart(cautious=self._is_cautious, deferring=self._is_fixed)
+        for patch in self._patches:
+            patch.restart(cautious=self._is_cautious, deferring=self._is_fixed)
 
     @property
     def _is_fixed(self) -> bool:
@@ -353,13 +353,13 @@ class AssembledContact(GlobalUnknowns):
 
     def _change_fixed(self) -> bool:
         """Opens or closes what is most against the law at an equilibrium; whether anything is."""
-        violations = [support.violation(each.slip) for support, _, each in self._each()]
+        violations = [patch.violation(each.slip) for patch, _, each in self._each()]
         largest = max((float(each.max(initial=0.0)) for each in violations), default=0.0)
         if largest == 0.0:
             return False
-        for support, violation in zip(self._supports, violations, strict=True):
-            assert support.fixed is not None
-            support.fixed = support.fixed ^ (violation == largest)
+        for patch, violation in zip(self._patches, violations, strict=True):
+            assert patch.fixed is not None
+            patch.fixed = patch.fixed ^ (violation == largest)
         return True
 
     @property
@@ -379,18 +379,18 @@ class AssembledContact(GlobalUnknowns):
                 raise StepFailed(f"the rigid body {self.name!r} comes off the soil that holds it")
             self._held = self._may_hold = False
             changed = True
-        for support, _, each in self._each():
-            wide = self._too_wide(support, each)
+        for patch, _, each in self._each():
+            wide = self._too_wide(patch, each)
             if wide.any():
-                support.augment(each.slip, wide)
+                patch.augment(each.slip, wide)
                 changed = True
-            turned = each.response.turned & (support.area > 0.0)
+            turned = each.response.turned & (patch.area > 0.0)
             if turned.any():
-                support.slip = np.where(turned[:, None], 0.0, support.slip)
+                patch.slip = np.where(turned[:, None], 0.0, patch.slip)
                 changed = True
         if self._is_selected and self._revisions < MAXIMUM_RENEWALS:
-            for support, _, each in self._each():
-                changed |= support.renew_strength(each.slip)
+            for patch, _, each in self._each():
+                changed |= patch.renew_strength(each.slip)
         if self._is_fixed and self._change_fixed():
             changed = True
         if changed:
@@ -401,15 +401,15 @@ class AssembledContact(GlobalUnknowns):
                 raise StepFailed(f"the contact with {self.name!r} does not settle")
         return changed
 
-    def _too_wide(self, support: Supports, each: Evaluated) -> Flags:
+    def _too_wide(self, patch: Patches, each: Evaluated) -> Flags:
         """Returns which multipliers in contact have a mean gap beyond the tolerance, (k,)."""
-        held = each.response.closed & ~self._is_small(support)
+        held = each.response.closed & ~self._is_small(patch)
         return np.asarray(held & (np.abs(each.slip[:, 0]) > LARGEST_MEAN_GAP * self._cell))
 
-    def _is_small(self, support: Supports) -> Flags:
-        """Returns which multipliers have a support whose mean gap does not count, (k,)."""
-        part = support.part
-        extent = np.bincount(part.owner, np.where(support.active, part.area, 0.0), support.count)
+    def _is_small(self, patch: Patches) -> Flags:
+        """Returns which multipliers have a patch whose mean gap does not count, (k,)."""
+        part = patch.part
+        extent = np.bincount(part.owner, np.where(patch.active, part.area, 0.0), patch.count)
         face = self._cell ** (self._active.grid.dim - 1)
         return np.asarray(extent <= LEAST_SUPPORT * face)
 
@@ -422,14 +422,14 @@ class AssembledContact(GlobalUnknowns):
         """As `AssembledTerm.commit`."""
         dim = displacement.shape[1]
         force, moment = np.zeros(dim), np.zeros(3)
-        for support, _, each in self._each():
-            owner = support.part.owner
-            closed = each.response.closed[owner] & support.active
-            traction = support.distribute(each.response.traction)
-            # what is tolerated in a small support must not act on its traction in the next step
-            tolerated = np.where(self._is_small(support), each.slip[:, 0], 0.0)
-            gap = support.gaps(displacement, each.moved) - np.where(closed, tolerated[owner], 0.0)
-            support.part.store(traction, closed, gap + support.left)
+        for patch, _, each in self._each():
+            owner = patch.part.owner
+            closed = each.response.closed[owner] & patch.active
+            traction = patch.distribute(each.response.traction)
+            # what is tolerated in a small patch must not act on its traction in the next step
+            tolerated = np.where(self._is_small(patch), each.slip[:, 0], 0.0)
+            gap = patch.gaps(displacement, each.moved) - np.where(closed, tolerated[owner], 0.0)
+            patch.part.store(traction, closed, gap + patch.left)
         if self.body is not None:
             force, moment = self.body_force(displacement)
             self.body.commit(self._unknowns, force, moment[2:] if dim == 2 else moment)
@@ -440,9 +440,9 @@ class AssembledContact(GlobalUnknowns):
         dim = displacement.shape[1]
         force, moment = np.zeros(dim), np.zeros(3)
         translation = self._increments(self._unknowns)[:dim]
-        for support, _, each in self._each():
-            part = support.weight[:, None] * support.distribute(each.response.traction)
-            arm = support.part.pose.position - self.body.centre + each.moved - translation
+        for patch, _, each in self._each():
+            part = patch.weight[:, None] * patch.distribute(each.response.traction)
+            arm = patch.part.pose.position - self.body.centre + each.moved - translation
             padding = ((0, 0), (0, 3 - dim))
             force += part.sum(axis=0)
             moment += np.cross(np.pad(arm, padding), np.pad(part, padding)).sum(axis=0)
@@ -451,8 +451,8 @@ class AssembledContact(GlobalUnknowns):
     def carried_force(self) -> Floats:
         """As `AssembledTerm.carried_force`."""
         nodal = np.zeros((self._active.nodes, self._active.grid.dim))
-        for support, elements in zip(self._supports, self._elements, strict=True):
-            _core.add_element_forces(elements, support.entry_force(support.before), nodal)
+        for patch, elements in zip(self._patches, self._elements, strict=True):
+            _core.add_element_forces(elements, patch.entry_force(patch.before), nodal)
         return nodal
 
     def outcome(self, displacement: Floats) -> Outcome:

@@ -9,8 +9,8 @@ import numpy as np
 
 from tilth.arrays import Floats
 from tilth.boundaries.contact.body_surface import BodyContactSurface
+from tilth.boundaries.contact.patches import SLIVER
 from tilth.boundaries.contact.rigid_body import RigidBody
-from tilth.boundaries.contact.supports import SLIVER
 from tilth.boundaries.contact.surface import ContactSurface
 from tilth.boundaries.implicit.make import grid_properties
 from tilth.boundaries.implicit.motion import make_motion

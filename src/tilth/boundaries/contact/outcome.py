@@ -10,7 +10,7 @@ import numpy as np
 
 from tilth import _core
 from tilth.arrays import Floats
-from tilth.boundaries.contact.constraint import Supports
+from tilth.boundaries.contact.constraint import Patches
 from tilth.boundaries.contact.law import ContactResponse
 from tilth.boundaries.contact.slip_work import slip_work
 from tilth.mpm.grid import ActiveGrid
@@ -33,7 +33,7 @@ class Evaluated:
     moved: Floats
 
 
-Part = tuple[Supports, Elements, Evaluated]
+Part = tuple[Patches, Elements, Evaluated]
 """A surface, the positions of its blocks in the matrix, and its response."""
 
 
@@ -70,10 +70,10 @@ def _nodal_force(parts: Sequence[Part], active: ActiveGrid, is_between_bodies: b
     Between bodies that on the second one.
     """
     nodal = np.zeros((active.nodes, active.grid.dim))
-    for support, elements, each in parts:
-        _core.add_element_forces(elements, -support.entry_force(each.response.traction), nodal)
+    for patch, elements, each in parts:
+        _core.add_element_forces(elements, -patch.entry_force(each.response.traction), nodal)
         if is_between_bodies:
-            second = active.overlay[support.part.at.node[0, 0]]
+            second = active.overlay[patch.part.at.node[0, 0]]
             nodal[active.overlay != second] = 0.0
     return nodal
 
@@ -81,14 +81,14 @@ def _nodal_force(parts: Sequence[Part], active: ActiveGrid, is_between_bodies: b
 def _state(parts: Sequence[Part], displacement: Floats) -> ContactState:
     """Returns pressures, shear tractions and gaps at the end of the step."""
     states = []
-    for support, _, each in parts:
-        part = support.part
+    for patch, _, each in parts:
+        part = patch.part
         owner = part.owner
-        traction = support.distribute(each.response.traction)
+        traction = patch.distribute(each.response.traction)
         normal = part.pose.normal
         along = np.einsum("ni,ni->n", traction, normal)
-        closed = each.response.closed[owner] & support.active
-        gap = np.where(closed, 0.0, support.gaps(displacement, each.moved))
+        closed = each.response.closed[owner] & patch.active
+        gap = np.where(closed, 0.0, patch.gaps(displacement, each.moved))
         states.append(
             ContactState(
                 position=part.pose.position + each.moved + part.surface_motion(displacement),

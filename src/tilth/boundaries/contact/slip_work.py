@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tilth.arrays import Floats
-from tilth.boundaries.contact.constraint import Supports
+from tilth.boundaries.contact.constraint import Patches
 from tilth.boundaries.contact.law import ContactResponse
 
 
@@ -22,7 +22,7 @@ class SlipWork:
         friction: what friction dissipates of it, by the slips; not negative.
         gaps: what the tractions take of it where gaps close or open in the step: the normal ones of
             soil that comes into contact or leaves it, and of gaps that points carry in contact,
-            whose mean over a support is not zero as soon as the supports are others; and the shear
+            whose mean over a patch is not zero as soon as the patches are others; and the shear
             tractions of soil that leaves against them.
         normal: integral of the normal traction over the surface at the end [force], tension > 0.
     """
@@ -34,7 +34,7 @@ class SlipWork:
 
 
 def slip_work(
-    parts: Sequence[tuple[Supports, Floats, ContactResponse]], normal_before: float | None
+    parts: Sequence[tuple[Patches, Floats, ContactResponse]], normal_before: float | None
 ) -> SlipWork:
     """Returns the work of the tractions on slips and gaps in the step.
 
@@ -47,24 +47,24 @@ def slip_work(
     an error of the rule, as that of the normal traction on the gap that opens.
 
     Args:
-        parts: supports with the mean gaps and slips (k, dim) of their multipliers at the end of the
+        parts: patches with the mean gaps and slips (k, dim) of their multipliers at the end of the
             step, and the response to them.
         normal_before: `SlipWork.normal` of the last step, of which not all is carried where points
             have left the contact since then; None as carried.
     """
-    carried = sum(float(support.area @ support.before[:, 0]) for support, _, _ in parts)
+    carried = sum(float(patch.area @ patch.before[:, 0]) for patch, _, _ in parts)
     scale = 1.0 if normal_before is None or carried == 0.0 else normal_before / carried
     total = friction = gaps = normal = 0.0
-    for support, end, response in parts:
-        before, sliding = scale * support.before, response.sliding
-        strength = support.law.strength(-before[:, 0])[0]
+    for patch, end, response in parts:
+        before, sliding = scale * patch.before, response.sliding
+        strength = patch.law.strength(-before[:, 0])[0]
         before[sliding, 1:] = strength[sliding, None] * response.slip[sliding]
         mean = 0.5 * (before + response.traction)
-        work = support.area * (mean[:, 1:] * end[:, 1:]).sum(axis=1)
-        closing = float((support.area * mean[:, 0]) @ (end[:, 0] - support.gap))
+        work = patch.area * (mean[:, 1:] * end[:, 1:]).sum(axis=1)
+        closing = float((patch.area * mean[:, 0]) @ (end[:, 0] - patch.gap))
         slides = work[sliding | ~response.closed]
         total += float(work.sum()) + closing
         friction += float(np.maximum(slides, 0.0).sum())
         gaps += closing + float(np.minimum(slides, 0.0).sum())
-        normal += float(support.area @ response.traction[:, 0])
+        normal += float(patch.area @ response.traction[:, 0])
     return SlipWork(total, friction, gaps, normal)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where the soil's face ends along a surface: there it has supports of its own.
+"""Where the soil's face ends along a surface: there it has patches of its own.
 
-The resultant of tractions that are constant on supports cannot come nearer to the end of the face
-than the middle of the last support: a block of two cells tipped under 0.71 of the force that tips
-it. A narrow strip along the end that is a support of its own lets the resultant come there
+The resultant of tractions that are constant on patches cannot come nearer to the end of the face
+than the middle of the last patch: a block of two cells tipped under 0.71 of the force that tips
+it. A narrow strip along the end that is a patch of its own lets the resultant come there
 (docs/decisions/0046-ends-of-the-face.md).
 """
 
@@ -17,7 +17,7 @@ import numpy as np
 from tilth.arrays import Flags, Floats, Integers
 from tilth.boundaries.contact.law import first_slip
 from tilth.boundaries.contact.measure import Measured, SurfaceParts
-from tilth.boundaries.contact.supports import LEAST_COSINE
+from tilth.boundaries.contact.patches import LEAST_COSINE
 
 if TYPE_CHECKING:
     from tilth.boundaries.contact.constraint import ContactConstraint
@@ -29,7 +29,7 @@ It is less than the width of a part, so that the strip has one part or two."""
 
 AROUND, LEAST_RATIO = 2.0, 1.5
 """Distance in cells within which contact has a mean pressure, and the pressure at the end over it
-from which on the strip is a support of its own [-]. Where the pressure is uniform there is none: in
+from which on the strip is a patch of its own [-]. Where the pressure is uniform there is none: in
 so narrow a strip it would be inexact by some percent."""
 
 HELD = 0.5
@@ -84,7 +84,7 @@ def _nearest(
 def at_free_end(
     part: ContactConstraint, held: Sequence[ImplicitConstraint], constrained: Flags
 ) -> Flags:
-    """Returns which points of the strip have a support of their own, shape (n,).
+    """Returns which points of the strip have a patch of their own, shape (n,).
 
     None where conditions hold the soil: at a wall, or in a plane of symmetry, the face goes on as
     by a reflection. Nor where the soil slides, so that other points come to the end in each step,

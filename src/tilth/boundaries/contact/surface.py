@@ -43,7 +43,7 @@ PARALLEL = 0.02
 domains' faces are parallel to the surface but for this. On steeper ones the soil would overlap."""
 
 LARGEST_OVERLAP = 3e-3
-"""Greatest overlap, in cells, with which a point begins to be in contact. A support can be open
+"""Greatest overlap, in cells, with which a point begins to be in contact. A patch can be open
 with some of its points as deep as `OVERLAP` in `forces.py`; what is deeper is not known so well."""
 
 NEVER, OPEN, AWAY = 0.0, -1.0, -2.0
@@ -65,7 +65,7 @@ class Touch:
     Attributes:
         closed: whether there is contact, shape (n,).
         gap: distance to the soil's surface [length], shape (n,); in contact that of the last step,
-            which is zero in the mean over a support; out of contact that of the last step as far as
+            which is zero in the mean over a patch; out of contact that of the last step as far as
             the measured one confirms it, or the measured one.
         offset: zero of the measured gaps [length], shape (n,).
         moved: what is measured less what was measured when contact closed [length], shape (n,).
@@ -157,9 +157,9 @@ class CarriedContact:
         return Touch(closed, np.where(closed, in_contact, gap), offset, moved, scatter)
 
     def close_gaps(self) -> None:
-        """Forgets the gaps of points in contact, which are zero in the mean over a support.
+        """Forgets the gaps of points in contact, which are zero in the mean over a patch.
 
-        On another grid the supports are others: the mean over one of them would open it, or push
+        On another grid the patches are others: the mean over one of them would open it, or push
         the soil away with many times the pressure.
         """
         dim = self.carried.shape[1] - NUMBERS

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from tilth.boundaries.contact.constraint import ContactConstraint, Supports
+from tilth.boundaries.contact.constraint import ContactConstraint, Patches
 from tilth.boundaries.contact.forces import AssembledContact
 from tilth.boundaries.contact.rigid_body import RigidBody
 from tilth.errors import StepFailed
@@ -27,7 +27,7 @@ class ContactForces(Term):
         nodes: number of nodes of the grid.
         normal_before: integrals of the normal traction over each surface at the end of the last
             step [force], by its name; none of a surface that was not there.
-        still: see `Supports`.
+        still: see `Patches`.
     """
 
     def __init__(
@@ -43,17 +43,17 @@ class ContactForces(Term):
     ) -> None:
         self._name, self._body, self._after = name, body, after
         self._force, self._normal_before = force, normal_before.get(name)
-        self._supports = [Supports(part, nodes, still) for part in parts]
+        self._patches = [Patches(part, nodes, still) for part in parts]
 
     @property
     def coupled(self) -> list[NodeLists]:
         """As `Term.coupled`."""
-        return [(each.node_start, each.node) for each in self._supports]
+        return [(each.node_start, each.node) for each in self._patches]
 
     def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledContact:
         """As `Term.assembled`."""
         return AssembledContact(
-            self._name, self._supports, elements, self._body, self._after, self._force, active,
+            self._name, self._patches, elements, self._body, self._after, self._force, active,
             self._normal_before,
         )  # fmt: skip
 

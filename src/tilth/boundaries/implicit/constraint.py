@@ -5,7 +5,7 @@ With N the shape functions of a cell, the boundary's internal force is the surfa
 
     f_a = integral of N_a [traction + P m],    w = sum_b N_b u_b - prescribed displacement,
 
-with m the means of the slip w over the supports of the multipliers (`multipliers.py`), and the
+with m the means of the slip w over the patches of the multipliers (`multipliers.py`), and the
 penalty P = 4 / (3 delta) Pi Q Pi with the projector Pi on the constrained directions and the
 acoustic tensor Q of the soil (docs/theory/implicit_boundaries.md). `BandConstraint` is the band
 form.
@@ -186,10 +186,10 @@ class SurfaceConstraint(ImplicitConstraint):
     def before(self) -> Floats:
         """As `ImplicitConstraint.before`, with averaged tractions where the soil yields.
 
-        The distribution of the traction over a multiplier's support results from the soil's elastic
+        The distribution of the traction over a multiplier's patch results from the soil's elastic
         strain. The plastic part of it is shared among the points whose soil yields, so that points
         newly in contact have the same traction as the others, and as far as soil moves past the
-        boundary also among those where it is elastic. The force of each support does not change,
+        boundary also among those where it is elastic. The force of each patch does not change,
         and in soil that hardly moves tractions do not, once they are uniform where it yields.
         """
         assert self.multipliers is not None

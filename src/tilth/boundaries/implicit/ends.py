@@ -4,7 +4,7 @@
 There the span of its constraints would jump while the end moves through the cell: a vertex beyond
 the end, on the next line of the grid, held the soil as far as there as soon as the end had passed
 the middle of the cell. If the boundary moves little, vertices beyond the end or just before it have
-no support of their own (docs/decisions/0047-ends-inside-a-cell.md).
+no patch of their own (docs/decisions/0047-ends-inside-a-cell.md).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tilth.arrays import Flags, Floats, Integers
-from tilth.boundaries.contact.supports import FARTHEST, LEAST_COSINE
+from tilth.boundaries.contact.patches import FARTHEST, LEAST_COSINE
 from tilth.geometry.protocol import Facets, Geometry
 
 BEYOND = 0.25
@@ -25,11 +25,11 @@ BENT = 0.8
 only bends it is less. The sine of 53 degrees."""
 
 INSIDE = 0.3
-"""Least distance in cells of a vertex before the end for a support of its own. At 0.25 to 0.35 the
+"""Least distance in cells of a vertex before the end for a patch of its own. At 0.25 to 0.35 the
 load of a footing hardly depends on whether it has one: there it may come in."""
 
 FARTHEST_MOTION = 0.5
-"""Greatest motion of a boundary in cells with which vertices at its ends have no support of their
+"""Greatest motion of a boundary in cells with which vertices at its ends have no patch of their
 own: after a longer one, soil that these do not hold has flowed past the boundary."""
 
 LEAST_WIDTH = 3.0

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The multiplier space of the implicit boundaries in one step.
 
-A boundary constrains the mean slip over the support of each multiplier. A support is the part of
+A boundary constrains the mean slip over the patch of each multiplier. A patch is the part of
 the boundary around a vertex: a cut edge of the grid's cells, selected so that no two vertices have
 a common node. There are then no more constraints than the nodes of the cut cells can satisfy
 (docs/theory/implicit_boundaries.md). With the quadrature weights a_q, the constrained directions
-f_q and the slips w_q of a support's points,
+f_q and the slips w_q of a patch's points,
 
     A = sum_q a_q,   m = (1/A) sum_q a_q f_q . w_q,   traction f_q P m at each point,
 
@@ -41,7 +41,7 @@ class Multipliers:
         owner: number of the multiplier of each direction of each point, shape (r, n).
         direction: constrained directions, unit vectors, shape (r, n, dim).
         weight: of the points [length^(dim - 1)], shape (n,).
-        area: of the supports [length^(dim - 1)], shape (m,).
+        area: of the patches [length^(dim - 1)], shape (m,).
         penalty: P [stress/length], shape (m,).
         node_start, node: nodes on which each mean depends, ragged, shapes (m + 1,), (entries,).
         row: B [length^(dim - 1)], shape (entries, dim).
@@ -67,7 +67,7 @@ class Multipliers:
     def shared(self, vector: Floats, gives: Floats, takes: Floats) -> Floats:
         """Returns the vectors (n, dim) of points that share what they give, shape (n, dim).
 
-        gives, takes: shares of each point, shape (n,). The sum over each support is that of
+        gives, takes: shares of each point, shape (n,). The sum over each patch is that of
         `gives` times the vectors along the constrained directions.
         """
         along = np.einsum("rni,ni->rn", self.direction, vector)

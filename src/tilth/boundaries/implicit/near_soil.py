@@ -2,7 +2,7 @@
 """Where implicit boundaries touch soil in a step: their quadrature points near it, and its moduli.
 
 Each process finds this for its own cells. Then all of them know it for the whole of each boundary,
-in the order of a serial run: the supports of the multipliers extend over the cells of several
+in the order of a serial run: the patches of the multipliers extend over the cells of several
 processes, and which vertices have one depends on their neighbours' (`multipliers.py`).
 """
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Supports of the multipliers that are hardly covered by soil join their neighbours."""
+"""Patches of the multipliers that are hardly covered by soil join their neighbours."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ import numpy as np
 from tilth.arrays import Flags, Floats, Integers
 
 LEAST_AREA = 0.3
-"""Least area of a support in faces of a cell: the traction of a smaller one would oscillate."""
+"""Least area of a patch in faces of a cell: the traction of a smaller one would oscillate."""
 
 EQUAL_AREA = 1.0 / 64.0
-"""Difference of the areas of two supports in faces of a cell below which they count as equal: what
+"""Difference of the areas of two patches in faces of a cell below which they count as equal: what
 joins what must depend neither on round-off nor on soil that ends a hair beyond a line of the grid.
 The areas of points placed regularly, such as a quarter of a face, are multiples of it."""
 
@@ -19,15 +19,15 @@ EQUAL_DISTANCE = 1e-6
 """The same of two distances between points, in cells."""
 
 SLIVER = 0.02
-"""Area of a support in faces of a cell below which it has no contact: soil that stands out beyond
+"""Area of a patch in faces of a cell below which it has no contact: soil that stands out beyond
 the edge of a body by as little, as beside an indented part of its surface, would be held there by
 a stress that is not soil's."""
 
 LEAST_COSINE = 0.5
-"""Least cosine between the normals of points in one support, as in `vertices.hpp`."""
+"""Least cosine between the normals of points in one patch, as in `vertices.hpp`."""
 
 FARTHEST = 1.5
-"""Greatest distance in cells of the point through which a support joins another one."""
+"""Greatest distance in cells of the point through which a patch joins another one."""
 
 
 def is_sliver(owner: Integers, weight: Floats, size: Floats) -> Flags:
@@ -37,7 +37,7 @@ def is_sliver(owner: Integers, weight: Floats, size: Floats) -> Flags:
 
 
 def _least_face(owner: Integers, size: Floats, count: int) -> Floats:
-    """Returns the smallest face of a cell at each of `count` supports [length^(dim - 1)]."""
+    """Returns the smallest face of a cell at each of `count` patches [length^(dim - 1)]."""
     edge = np.full(count, np.inf)
     np.minimum.at(edge, owner, size.min(axis=1))
     return np.asarray(edge ** (size.shape[1] - 1))
@@ -67,9 +67,9 @@ def without_small(
     size: Floats,
     apart: Flags | None = None,
 ) -> Integers:
-    """Returns the multiplier of each point, without those of small supports, numbered anew, (n,).
+    """Returns the multiplier of each point, without those of small patches, numbered anew, (n,).
 
-    A small support joins that of the nearest point beyond it with a similar normal; it stays if
+    A small patch joins that of the nearest point beyond it with a similar normal; it stays if
     there is none near. The smallest ones come first, of those alike the first by its number.
 
     Args:
@@ -78,7 +78,7 @@ def without_small(
         normal: unit, shape (n, dim).
         weight: area of each point's part opposite soil [length^(dim - 1)], shape (n,).
         size: of the points' cells [length], shape (n, dim).
-        apart: whether the point's support joins no other one, nor is joined, shape (n,).
+        apart: whether the point's patch joins no other one, nor is joined, shape (n,).
     """
     if len(owner) == 0:
         return owner
