@@ -126,7 +126,7 @@ def energy_norm(
     ghost = Ghost(gamma, dim)
     faces = ghost.couplings(soil, nothing_held, constraints.exterior_nodes())
     springs = WeakSprings.of(
-        soil, constraints.coupled_nodes() | ghost.supported_nodes(active, nothing_held)
+        soil, constraints.coupled_nodes() | ghost.held_nodes(active, nothing_held)
     )
     balance = Balance(active, [SoilForces(soil), springs, LinearForces(faces)])
     active, still = balance.active, np.zeros((nodes, dim))

@@ -154,7 +154,7 @@ def assert_as_serial(model: Model, processes: int, steps: int = 1000, share: flo
     """Asserts that some processes find the serial run's forces, energies and motion of the points.
 
     Surfaces may differ by a hundred times as much in each stage: where they are beyond the points,
-    the grid's nodes are poorly supported.
+    the grid's nodes are hardly covered.
 
     share: largest difference of a force and of an energy relative to the largest one, and of a
         place relative to the size of all.

@@ -30,7 +30,7 @@ from tilth.mpm.f_bar import mean_gradients
 from tilth.mpm.grid import Buffers, Grid, locate
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.quadrature import locate_in_cells
-from tilth.terms.weak_springs import WeakSprings, well_supported
+from tilth.terms.weak_springs import WeakSprings, covered_nodes
 
 LINES = (np.array([0.0, 1.5, 2.5, 3.3, 4.5]), np.array([0.0, 0.2, 0.5, 0.9]))
 
@@ -184,7 +184,7 @@ def test_nodal_volume_of_full_cells(kind: str, basis: str) -> None:
     expected = active.grid.sizes_around(lattice).prod(axis=1)[inner]
     np.testing.assert_allclose(soil.nodal_volume[inner], expected, rtol=1e-12)
     assert soil.nodal_volume.sum() == pytest.approx(3.0**dim, rel=1e-12)
-    assert well_supported(soil)[inner].all()
+    assert covered_nodes(soil)[inner].all()
     springs = WeakSprings.of(soil)
     young = soil.elastic_moduli.young.max()
     size = active.grid.sizes_around(lattice)

@@ -127,7 +127,7 @@ def test_reaction_and_moment_balance_the_loads(
 ) -> None:
     """To round-off, with two aids to the solution that bear next to nothing themselves.
 
-    These are the weak springs of unsupported nodes, and the moment of ghost stabilisation, which
+    These are the weak springs of hardly covered nodes, and the moment of ghost stabilisation, which
     is that of the forces it remembers on the displacement of the step.
     """
     springs: list[WeakSprings] = []

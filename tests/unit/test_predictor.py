@@ -33,7 +33,7 @@ from tilth.model.load_curve import LoadCurve
 from tilth.mpm.grid import Buffers, locate
 from tilth.mpm.keys import find_keys
 from tilth.mpm.soil import Soil
-from tilth.terms.weak_springs import well_supported
+from tilth.terms.weak_springs import covered_nodes
 from tilth_verification.cases import example, varied
 
 pytestmark = pytest.mark.slow
@@ -109,14 +109,14 @@ def test_nodes_of_a_moved_grid_take_the_guess_from_the_points() -> None:
     np.testing.assert_allclose(guess, expected, rtol=0, atol=1e-15)
 
 
-def test_well_supported_nodes_keep_their_displacement() -> None:
+def test_covered_nodes_keep_their_displacement() -> None:
     simulation = pulled()
     active = locate(simulation.points, simulation.grid, Buffers())
     last = simulation.predictor.displacement
     assert np.abs(last).max() > 1e-4
     guess = simulation.predictor.guess(simulation.soil_on(active), 0.1, 0.15)
     assert guess is not None
-    kept = well_supported(simulation.soil_on(active))
+    kept = covered_nodes(simulation.soil_on(active))
     assert 0 < kept.sum() < active.nodes
     np.testing.assert_allclose(guess[kept], 0.5 * last[kept], rtol=1e-12)
 
@@ -140,7 +140,7 @@ def test_the_guess_grows_with_loads_and_motions(tables: Any, growth: float) -> N
     active = locate(simulation.points, simulation.grid, Buffers())
     guess = predictor.guess(simulation.soil_on(active), 1.0, 2.0)
     assert guess is not None
-    kept = well_supported(simulation.soil_on(active))
+    kept = covered_nodes(simulation.soil_on(active))
     np.testing.assert_allclose(guess[kept], growth * predictor.displacement[kept], rtol=1e-12)
 
 
@@ -174,7 +174,7 @@ def test_nodes_of_a_boundary_receive_the_displacement_upstream() -> None:
     position = active.position[find_keys(active.key, predictor.key)]
     gradient = np.array([[0.01, 0.02], [-0.03, 0.005]])
     predictor.displacement = np.array([0.004, -0.002]) + position @ gradient.T
-    held = ~well_supported(soil) | (np.arange(active.nodes) % 2 == 0)
+    held = ~covered_nodes(soil) | (np.arange(active.nodes) % 2 == 0)
     guess = predictor.guess(soil, 0.1, 0.2, held)
     assert guess is not None
     own = predictor.displacement[find_keys(predictor.key, active.key)]
@@ -191,7 +191,7 @@ def test_nodes_keep_it_only_while_the_soil_stays(share: float, kept: bool) -> No
     active = locate(simulation.points, simulation.grid, Buffers())
     guess = predictor.guess(simulation.soil_on(active), 0.1, 0.2)
     assert guess is not None
-    well = well_supported(simulation.soil_on(active))
+    well = covered_nodes(simulation.soil_on(active))
     same = (guess[well] == predictor.displacement[find_keys(predictor.key, active.key)[well]]).all()
     assert same == kept
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Nodes that hardly any material supports: the solve goes on and nothing leaps."""
+"""Nodes that soil hardly covers: the solve goes on and nothing leaps."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def test_a_lone_point_in_a_cell_of_its_own_can_be_solved(kind: str) -> None:
 
 @every_kind
 @every_domain
-def test_springs_hold_badly_supported_nodes_only(kind: str, basis: str) -> None:
+def test_springs_hold_hardly_covered_nodes_only(kind: str, basis: str) -> None:
     full = standing(kind, basis, 0.0)
     springs = WeakSprings.of(full.soil_on(full.check()))
     assert not springs.stiffness.any()

@@ -18,7 +18,7 @@ from tilth.model.staging import moves
 from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.keys import find_keys, lattice_keys, places_of_keys
 from tilth.mpm.soil import Soil
-from tilth.terms.weak_springs import well_supported
+from tilth.terms.weak_springs import covered_nodes
 
 LARGEST_MOTION = 0.25
 """Largest motion in the last load step, in cells, for which nodes keep their own displacement."""
@@ -41,7 +41,7 @@ class Predictor:
     If the grid is fixed and the soil moved by no more than `LARGEST_MOTION` in the last step, the
     guess of a node is its own displacement in that step. Otherwise it is the mean displacement of
     the material points around the node, because the nodes' own displacements would tear a slender
-    body that moves through the grid. The mean is also used for new nodes and for poorly supported
+    body that moves through the grid. The mean is also used for new nodes and for hardly covered
     nodes at the edge of the soil: their displacements are random within Newton's tolerance, and
     this error would grow from step to step.
 
@@ -86,7 +86,7 @@ class Predictor:
         same_grid = np.array_equal(self.origin, active.grid.origin)
         if same_grid and self._motion_in_cells(active) <= LARGEST_MOTION:
             number = find_keys(self.key, active.key)
-            kept = (number >= 0) & well_supported(soil)
+            kept = (number >= 0) & covered_nodes(soil)
             guess[kept] = self.displacement[number[kept]]
             if held is not None:
                 held = held & (number >= 0)

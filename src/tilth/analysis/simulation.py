@@ -461,7 +461,7 @@ class Simulation:
                 weight = unheld_weight(soil.points, self.model, acceleration, self.grid)
             ghost = LinearForces(
                 self._ghost.couplings(soil, constrained, constraints.exterior_nodes(), weight),
-                supported=self._ghost.supported_nodes(active, constrained),
+                held=self._ghost.held_nodes(active, constrained),
                 commit=lambda u: self._ghost.commit(active, u),
                 role=Role.STABILISATION,
                 label="ghost stabilisation",
@@ -492,5 +492,5 @@ class Simulation:
         if self.dynamics is not None:
             faces = self._ghost.faces
             terms += self.dynamics.terms(step, soil, self.water, faces, self.waves)
-        supported = union(active.nodes, (term.supported_nodes() for term in terms))
-        return [*terms, WeakSprings.of(soil, supported)]
+        held = union(active.nodes, (term.held_nodes() for term in terms))
+        return [*terms, WeakSprings.of(soil, held)]

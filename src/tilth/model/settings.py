@@ -71,7 +71,7 @@ class Analysis(Declared):
     """Whether the displacement of the last step, scaled, is the initial estimate of a load step."""
     ghost_stabilisation: NotNegative = 0.005
     """Dimensionless stiffness that couples partly filled cells at a body's edge to the material
-    beside them [-]; with 0 only weak springs support their nodes.
+    beside them [-]; with 0 only weak springs hold their nodes.
     """
     inertia: Inertia | None = None
     """Inertia: the analysis is then dynamic, and the schedule's time a physical one. Without it the

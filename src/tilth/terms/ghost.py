@@ -58,7 +58,7 @@ EXTERIOR_STIFFNESS = 2.0
 
 
 class Kind(Enum):
-    """Which nodes a penalty on faces supports."""
+    """Which nodes a penalty on faces holds."""
 
     EDGE = auto()
     """Those of partly filled cells at edges, elastically."""
@@ -77,7 +77,7 @@ class Faces:
 
     Attributes:
         axis: direction of the normal.
-        kind: which nodes they support.
+        kind: which nodes they hold.
         node: the n nodes of the two cells, from the lower cell on, shape (faces, n).
         unit: stiffnesses for a modulus and a weight of 1 [force/length/stress], for a face of the
             size that it has on the grid's smallest cells, shape (units, n, n).
@@ -165,7 +165,7 @@ def ghost_faces(
     With the weight of soil without cohesion also those that hold it, see `EdgeSupport`.
 
     Where a node of the emptier cell that is not on the face has a constrained component, this
-    component of the jump at its corner of the face is omitted: the node needs no support, and the
+    component of the jump at its corner of the face is omitted: the node needs none, and the
     penalty would connect the soil to the boundary. The other corners are not affected. Of cells
     that are filled alike the nodes of both must have it.
 
@@ -345,21 +345,21 @@ class Ghost:
         """The faces of the step for which `couplings` was called last."""
         return [faces for _, faces, _ in self._current]
 
-    def supported_nodes(
+    def held_nodes(
         self, active: ActiveGrid, constrained: npt.NDArray[np.bool_]
     ) -> npt.NDArray[np.bool_]:
-        """Returns which nodes of faces have only supported or constrained components, (nodes,).
+        """Returns which nodes of faces have only held or constrained components, (nodes,).
 
-        A face does not support the components that it omits because of a constrained node
+        A face does not hold the components that it omits because of a constrained node
         (`ghost_faces`).
         """
-        supported = constrained.copy()
+        held = constrained.copy()
         on_face = np.zeros(active.nodes, dtype=bool)
         for _, faces, _ in self._current:
             face, component = np.nonzero(faces.free.reshape(-1, active.grid.dim))
-            supported[faces.node.ravel()[face], component] = True
+            held[faces.node.ravel()[face], component] = True
             on_face[faces.node] = True
-        return np.asarray(on_face & supported.all(axis=1))
+        return np.asarray(on_face & held.all(axis=1))
 
     def commit(self, active: ActiveGrid, displacement: Floats) -> None:
         """Stores a converged step's nodal displacement, shape (nodes, dim)."""

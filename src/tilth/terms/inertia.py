@@ -145,8 +145,8 @@ class Inertia(Term):
         self._constrained, self._increment, self._base = constrained, increment, base
         self.in_matrix: AssembledInertia | None = None
 
-    def supported_nodes(self) -> Flags:
-        """As `Term.supported_nodes`: mass holds all nodes."""
+    def held_nodes(self) -> Flags:
+        """As `Term.held_nodes`: mass holds all nodes."""
         return np.ones(len(self._constrained), dtype=bool)
 
     @property

@@ -126,7 +126,7 @@ class LinearForces(Term):
     Args:
         couplings: elements of few nodes.
         constant: additional force independent of the displacement [force], shape (nodes, dim).
-        supported: see `Term.supported_nodes`.
+        held: see `Term.held_nodes`.
         commit: see `AssembledTerm.commit`; nothing if not given.
         role, label: see `AssembledTerm`.
     """
@@ -135,14 +135,14 @@ class LinearForces(Term):
         self,
         couplings: Sequence[LinearElements],
         constant: Floats | None = None,
-        supported: Flags | None = None,
+        held: Flags | None = None,
         commit: Callable[[Floats], None] = lambda displacement: None,
         role: Role = Role.OTHER,
         label: str = "",
     ) -> None:
         self._couplings = couplings
         self._constant = constant
-        self._supported = supported
+        self._held = held
         self._commit, self._role, self._label = commit, role, label
 
     @property
@@ -150,9 +150,9 @@ class LinearForces(Term):
         """As `Term.coupled`."""
         return [(each.node_start, each.node.ravel()) for each in self._couplings]
 
-    def supported_nodes(self) -> Flags | None:
-        """As `Term.supported_nodes`."""
-        return self._supported
+    def held_nodes(self) -> Flags | None:
+        """As `Term.held_nodes`."""
+        return self._held
 
     def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledLinearForces:
         """As `Term.assembled`."""

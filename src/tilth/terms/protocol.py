@@ -265,8 +265,8 @@ class Term(ABC):
         """Nodes that its derivative couples, except those that have a material point in common."""
         return ()
 
-    def supported_nodes(self) -> Flags | None:
-        """Returns which nodes it supports well enough without weak springs, (nodes,), or None."""
+    def held_nodes(self) -> Flags | None:
+        """Returns which nodes it holds, so that they need no weak spring, (nodes,), or None."""
         return None
 
     @abstractmethod

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Weak springs on poorly supported nodes, which keep the matrix regular.
+"""Weak springs on hardly covered nodes, which keep the matrix regular.
 
 The stiffness of a node vanishes with the square of its overlap with points' domains (GIMP). With
 few points in a cell, some motions of its nodes cause no strain. Weak springs connect such nodes to
 their positions at the start of the step. They are in the force and in the stiffness, so that
 Newton's iteration converges quadratically. They also resist the rigid part of the step's motion: in
-the 64-cell column they carry 1e-9 of the weight, and in a body supported by few points (an edge
+the 64-cell column they carry 1e-9 of the weight, and in a body of few points (an edge
 1e-4 of a cell wide) up to 3e-5 of it (docs/decisions/0004-weak-springs.md).
 
 A still smaller stiffness, in the matrix only, acts on all nodes. It keeps motions without strain at
@@ -29,8 +29,8 @@ from tilth.terms.protocol import AssembledTerm, Term
 RELATIVE_STIFFNESS = 1e-8
 """Stiffness of a spring relative to Young's modulus times the cell's size to the power dim - 2."""
 
-LEAST_SUPPORT = 0.5
-"""Least nodal volume of a well supported node, relative to the share from one full cell, in the
+LEAST_COVER = 0.5
+"""Least nodal volume of a covered node, relative to the share from one full cell, in the
 mean over the cells around it."""
 
 
@@ -38,11 +38,11 @@ RELATIVE_SHIFT = 1e-11
 """Stiffness added to all nodes in the matrix only, relative to the same reference."""
 
 
-def well_supported(soil: Soil) -> Flags:
-    """Returns which nodes are well supported (`LEAST_SUPPORT`), shape (nodes,)."""
+def covered_nodes(soil: Soil) -> Flags:
+    """Returns which nodes are covered by soil (`LEAST_COVER`), shape (nodes,)."""
     size = _cell_size(soil.active)
     full = 0.5 ** size.shape[1] * size.prod(axis=1) * _circumference(soil)
-    return np.asarray(soil.nodal_volume >= LEAST_SUPPORT * full)
+    return np.asarray(soil.nodal_volume >= LEAST_COVER * full)
 
 
 def _cell_size(active: ActiveGrid) -> Floats:
@@ -61,7 +61,7 @@ def _circumference(soil: Soil) -> Floats:
 
 @dataclass(frozen=True)
 class WeakSprings(Term):
-    """Weak springs on poorly supported nodes.
+    """Weak springs on hardly covered nodes.
 
     Attributes:
         stiffness: of the springs [force/length], shape (nodes,).
@@ -72,18 +72,18 @@ class WeakSprings(Term):
     shift: Floats
 
     @classmethod
-    def of(cls, soil: Soil, coupled: Flags | None = None) -> WeakSprings:
+    def of(cls, soil: Soil, held: Flags | None = None) -> WeakSprings:
         """Returns the springs of a step.
 
-        coupled: nodes that other terms support and that need no spring, shape (nodes,).
+        held: nodes that other terms hold and that need no spring, shape (nodes,).
         """
         size = _cell_size(soil.active)
         stiffness = _circumference(soil) * size.prod(axis=1) / size.max(axis=1) ** 2
         stiffness *= soil.active.comm.max(float(soil.elastic_moduli.young.max(initial=0.0)))
-        badly = ~well_supported(soil)
-        if coupled is not None:
-            badly &= ~coupled
-        return cls(np.where(badly, RELATIVE_STIFFNESS * stiffness, 0.0), RELATIVE_SHIFT * stiffness)
+        loose = ~covered_nodes(soil)
+        if held is not None:
+            loose &= ~held
+        return cls(np.where(loose, RELATIVE_STIFFNESS * stiffness, 0.0), RELATIVE_SHIFT * stiffness)
 
     def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledTerm:
         """As `Term.assembled`."""

@@ -34,7 +34,7 @@ from tilth.terms.protocol import Changes, GlobalUnknowns, Role
 LARGEST_MEAN_GAP = 1e-4
 """Greatest mean gap of a multiplier in contact at the end of a step, in cells."""
 
-LEAST_SUPPORT = 0.05
+LEAST_PATCH = 0.05
 """Least area of a patch, in faces of a cell, whose mean gap counts: where soil covers a surface's
 edge only just, the patches on both sides can be more than the nodes there satisfy."""
 
@@ -411,7 +411,7 @@ class AssembledContact(GlobalUnknowns):
         part = patch.part
         extent = np.bincount(part.owner, np.where(patch.active, part.area, 0.0), patch.count)
         face = self._cell ** (self._active.grid.dim - 1)
-        return np.asarray(extent <= LEAST_SUPPORT * face)
+        return np.asarray(extent <= LEAST_PATCH * face)
 
     def require_acceptable(self, displacement: Floats) -> None:
         """As `AssembledTerm.require_acceptable`: sets where the body is for further checks."""
