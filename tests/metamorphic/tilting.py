@@ -24,18 +24,18 @@ def may_tilt(balance: Balance) -> bool:
         if isinstance(term, AssembledContact) and term.body is None:
             for patch in term._patches:
                 part = patch.part
-                if is_without_arm(part.owner, part.pose.position, part.pose.weight):
+                if is_without_arm(part.multiplier, part.pose.position, part.pose.weight):
                     return True
     return False
 
 
-def is_without_arm(owner: Integers, position: Floats, weight: Floats) -> bool:
+def is_without_arm(multiplier: Integers, position: Floats, weight: Floats) -> bool:
     """The same of the patches of points: their numbers, places and areas."""
     horizontal = position[:, :-1]
-    if len(owner) == 0 or horizontal.shape[1] < 2:
+    if len(multiplier) == 0 or horizontal.shape[1] < 2:
         return False
-    area = np.bincount(owner, weight)
-    sums = [np.bincount(owner, weight * along) for along in horizontal.T]
+    area = np.bincount(multiplier, weight)
+    sums = [np.bincount(multiplier, weight * along) for along in horizontal.T]
     middles = np.stack(sums, axis=1)[area > 0.0] / area[area > 0.0, None]
     least = LEAST_ARM * np.ptp(horizontal, axis=0)
     return len(middles) > 0 and bool((np.ptp(middles, axis=0) < least).any())

@@ -148,7 +148,7 @@ def test_a_step_that_failed_leaves_gaps_of_supports_to_the_next_one(
     part, touch, cell = patch.part, patch.part.touch, patch.part.boundary.cell
     touch.gap[touch.closed] = 0.05 * cell
     touch.moved[:] = touch.gap
-    whole = np.array([touch.closed[part.owner == k].all() for k in range(patch.count)])
+    whole = np.array([touch.closed[part.multiplier == k].all() for k in range(patch.count)])
     whole &= patch.area > 0.0
     assert whole.any()
     patch.restart(cautious=True)
@@ -180,7 +180,7 @@ def test_what_is_left_to_the_next_step_is_carried(monkeypatch: pytest.MonkeyPatc
     term.forces(still, np.zeros(0))
     pushed = np.einsum("ni,ni->n", part.pose.normal, term._moved(patch, np.zeros(0)))
     term.commit(still)
-    closed = touch.closed & ~term._is_small(patch)[part.owner]
+    closed = touch.closed & ~term._is_small(patch)[part.multiplier]
     kept = stored[term._patches.index(patch)] + pushed
     np.testing.assert_allclose(kept[closed], touch.gap[closed], rtol=0, atol=1e-12)
 
@@ -197,7 +197,7 @@ def test_gaps_of_small_supports_are_tolerated_and_forgotten(
     patch = max(term._patches, key=lambda each: float(each.area.max()))
     part, touch, cell = patch.part, patch.part.touch, patch.part.boundary.cell
     number, dim = int(patch.area.argmax()), part.pose.position.shape[1]
-    own, weight = part.owner == number, part.pose.weight
+    own, weight = part.multiplier == number, part.pose.weight
     spread = np.random.default_rng(1).uniform(-0.01, 0.01, own.sum()) * cell
     spread -= np.average(spread, weights=weight[own])
     touch.closed[own] = True

@@ -231,10 +231,10 @@ def test_a_support_is_small_by_the_cells_it_is_in() -> None:
     """A quarter of a face of a cell of 1 joins its neighbour; in cells of 0.2 it is large."""
     position = np.array([[0.1, 0.0], [0.35, 0.0], [0.6, 0.0], [0.85, 0.0]])
     normal = np.tile([0.0, 1.0], (4, 1))
-    owner, weight = np.array([0, 1, 1, 1]), np.full(4, 0.25)
-    joined = without_small(owner, position, normal, weight, np.ones((4, 2)))
+    multiplier, weight = np.array([0, 1, 1, 1]), np.full(4, 0.25)
+    joined = without_small(multiplier, position, normal, weight, np.ones((4, 2)))
     assert joined.tolist() == [0, 0, 0, 0]
-    apart = without_small(owner, position, normal, weight, np.full((4, 2), 0.2))
+    apart = without_small(multiplier, position, normal, weight, np.full((4, 2), 0.2))
     assert apart.tolist() == [0, 1, 1, 1]
     sliver = np.full(4, 0.015)
     assert is_sliver(np.arange(4), sliver, np.ones((4, 2))).all()

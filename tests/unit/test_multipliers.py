@@ -59,11 +59,11 @@ def test_every_point_belongs_to_one_patch_near_it(kind: str, condition: str, ang
     (constrained,) = multipliers_of(constraints)
     part = constraints.parts[0]
     rank = {"roller": 1, "fixed": dimension(kind), "tangential": dimension(kind) - 1}[condition]
-    assert constrained.owner.shape == (rank, len(part.chosen))
-    assert set(constrained.owner.ravel()) == set(range(len(constrained.area)))
+    assert constrained.multiplier.shape == (rank, len(part.chosen))
+    assert set(constrained.multiplier.ravel()) == set(range(len(constrained.area)))
     place = (part.pose.position - active.grid.origin) / active.grid.cell_size
-    for owner in constrained.owner:
-        away = np.abs(place - constrained.vertex[owner]).max(axis=1)
+    for multiplier in constrained.multiplier:
+        away = np.abs(place - constrained.vertex[multiplier]).max(axis=1)
         assert away.max() < 2.0
     assert constrained.area.sum() == pytest.approx(rank * part.pose.weight.sum(), rel=1e-12)
     np.testing.assert_allclose(np.einsum("rni,sni->nrs", constrained.direction,
@@ -120,7 +120,7 @@ def test_means_of_linear_fields_are_those_at_the_patches_centres(kind: str) -> N
     )
     np.testing.assert_allclose(by_rows / constrained.area, mean, atol=1e-12)
     for number in range(len(constrained.area)):
-        slot, point = np.nonzero(constrained.owner == number)
+        slot, point = np.nonzero(constrained.multiplier == number)
         assert len(set(slot)) == 1
         centre = np.average(part.pose.position[point], axis=0, weights=constrained.weight[point])
         direction = constrained.direction[slot[0], point[0]]  # a plane: the same all over
@@ -158,7 +158,7 @@ def test_rows_are_refused_where_sizes_disagree() -> None:
 def test_a_mean_of_constant_vectors_is_their_component() -> None:
     _, constraints = cut_by("3d", [implicit("cut", inclined("3d", 40.0), condition="tangential")])
     (constrained,) = multipliers_of(constraints)
-    vector = np.tile([0.3, -0.2, 0.5], (constrained.owner.shape[1], 1))
+    vector = np.tile([0.3, -0.2, 0.5], (constrained.multiplier.shape[1], 1))
     mean: Floats = constrained.mean(vector)
     np.testing.assert_allclose(
         constrained.distribute(mean), vector - _across(constraints, vector), atol=1e-12
@@ -183,7 +183,7 @@ def test_tractions_are_averaged_over_the_flowing_part_of_a_patch(kind: str) -> N
     (part,) = constraints.parts
     assert isinstance(part, SurfaceConstraint)
     assert part.multipliers is not None
-    direction, patch = part.multipliers.direction[0], part.multipliers.owner[0]
+    direction, patch = part.multipliers.direction[0], part.multipliers.multiplier[0]
     random = np.random.default_rng(5)
     traction = random.normal(size=(len(part.chosen), 1)) * direction
     flows = random.uniform(size=len(part.chosen)) < 0.5

@@ -104,10 +104,10 @@ def by_the_law(term: AssembledContact) -> dict[str, set[int]]:
     """Points of a surface in contact and sliding, counted one by one."""
     closed, slides, number = set(), set(), 0
     for patch, _, found in term._each():
-        for point, owner in enumerate(patch.part.owner):
-            if found.response.closed[owner] and patch.active[point]:
+        for point, multiplier in enumerate(patch.part.multiplier):
+            if found.response.closed[multiplier] and patch.active[point]:
                 closed.add(number)
-                if found.response.sliding[owner]:
+                if found.response.sliding[multiplier]:
                     slides.add(number)
             number += 1
     return {f"{term.name} closed": closed, f"{term.name} slides": slides}

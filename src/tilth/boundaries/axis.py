@@ -44,7 +44,7 @@ RELATIVE_BAND_WIDTH = 1e-3
 
 @dataclass(frozen=True)
 class AxisConstraints:
-    """The constraints on the axis in one step: by elimination, and by a penalty on n rows of nodes.
+    """The axis in one step: conditions on its nodes, and a penalty on n rows of nodes beside it.
 
     Attributes:
         conditions: all essential conditions, including those on the axis.
@@ -66,7 +66,7 @@ class AxisConstraints:
 
     @classmethod
     def without_penalty(cls, conditions: Conditions) -> AxisConstraints:
-        """Returns constraints by elimination alone."""
+        """Returns the conditions alone."""
         none, pairs = np.zeros(0), np.zeros((0, 2))
         index = none.astype(np.int64)
         return cls(conditions, index, index, pairs.astype(np.int32), pairs, none, none)
@@ -120,7 +120,7 @@ class Axis:
         boundaries: Sequence[Implicit] = (),
         time: float = 0.0,
     ) -> AxisConstraints:
-        """Returns the conditions of a step together with the constraints on the axis.
+        """Returns the conditions of a step, and the constraints on the axis.
 
         All processes call it.
 

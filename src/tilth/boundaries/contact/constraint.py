@@ -71,7 +71,7 @@ class ContactConstraint(PointsNearSoil):
         law: of each point.
         turn: rotations of what is carried to the middle of the step, shape (n, dim, dim).
         at_end: which are in the strip along an end of the soil's face, shape (n,).
-        owner: multiplier of each point, shape (n,); empty before they are selected.
+        multiplier: of each point, shape (n,); empty before they are selected.
     """
 
     boundary: CarriedContact
@@ -81,7 +81,7 @@ class ContactConstraint(PointsNearSoil):
     law: ContactLaw
     turn: Floats
     at_end: Flags
-    owner: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    multiplier: Integers = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
 
     @property
     def constrained_directions(self) -> Floats:
@@ -117,7 +117,7 @@ class ContactConstraint(PointsNearSoil):
         """Returns its points in the cells of the soil that they act on."""
         return [self]
 
-    def with_owner(self, owner: Integers, overlay: Integers) -> ContactConstraint:
+    def with_multiplier(self, multiplier: Integers, overlay: Integers) -> ContactConstraint:
         """Returns the same with the multiplier of each point, shape (n,).
 
         Small patches join their neighbours on soil of the same overlay; slivers without
@@ -127,19 +127,19 @@ class ContactConstraint(PointsNearSoil):
         """
         pose, size = self.pose, self.at.size[self.at.cell]
         own = overlay[self.at.node[:, 0]][self.at.cell]
-        owner = np.unique(2 * owner + self.at_end, return_inverse=True)[1]
-        joined = owner.copy()
+        multiplier = np.unique(2 * multiplier + self.at_end, return_inverse=True)[1]
+        joined = multiplier.copy()
         for number in np.unique(own):
             of = own == number
-            first = int(owner[of].min())
+            first = int(multiplier[of].min())
             joined[of] = first + without_small(
-                owner[of] - first, pose.position[of], pose.normal[of], self.area[of], size[of],
+                multiplier[of] - first, pose.position[of], pose.normal[of], self.area[of], size[of],
                 self.at_end[of],
             )  # fmt: skip
         joined = np.unique(joined, return_inverse=True)[1]
         sliver = is_sliver(joined, self.area, size)
         pose = replace(pose, weight=np.where(sliver, 0.0, pose.weight))
-        return replace(self, owner=joined, pose=pose)
+        return replace(self, multiplier=joined, pose=pose)
 
     @property
     def area(self) -> Floats:
@@ -218,15 +218,15 @@ class Patches:
 
     def __init__(self, part: ContactConstraint, nodes: int, still: bool = False) -> None:
         self.part, self._still = part, still
-        owner, normal = part.owner, part.pose.normal
-        self.count = int(owner.max(initial=-1)) + 1
-        self.frame = frames(normal, part.pose.weight, owner, self.count)
+        multiplier, normal = part.multiplier, part.pose.normal
+        self.count = int(multiplier.max(initial=-1)) + 1
+        self.frame = frames(normal, part.pose.weight, multiplier, self.count)
         trace = part.trace
-        code = owner[trace.place] * np.int64(nodes) + trace.node
+        code = multiplier[trace.place] * np.int64(nodes) + trace.node
         found, self._entry = np.unique(code, return_inverse=True)
-        self.entry_owner = found // nodes
+        self.entry_multiplier = found // nodes
         self.node = (found % nodes).astype(np.int32)
-        self.node_start = np.searchsorted(self.entry_owner, np.arange(self.count + 1))
+        self.node_start = np.searchsorted(self.entry_multiplier, np.arange(self.count + 1))
         self.restart()
 
     def restart(self, cautious: bool = False, deferring: bool = False) -> None:
@@ -252,8 +252,8 @@ class Patches:
         nearest = max(float(touch.gap.min(initial=np.inf)), 0.0)
         near = touch.gap < nearest + NEAR * cell
         if cautious:
-            owner = self.part.owner
-            near &= np.bincount(owner[touch.closed], minlength=self.count)[owner] == 0
+            multiplier = self.part.multiplier
+            near &= np.bincount(multiplier[touch.closed], minlength=self.count)[multiplier] == 0
         self.activate(touch.closed | near)
         self.slip = first_slip(self.law, self.before)
 
@@ -295,11 +295,11 @@ class Patches:
 
         value: of the points, shape (n,).
         """
-        owner, closed = self.part.owner, self.part.touch.closed
+        multiplier, closed = self.part.multiplier, self.part.touch.closed
         weight = np.where(closed, self.part.pose.weight, 0.0)
-        area = np.bincount(owner, weight, self.count)
-        mean = np.bincount(owner, weight * value, self.count) / np.where(area > 0.0, area, 1.0)
-        return np.where(closed, mean[owner], 0.0)
+        area = np.bincount(multiplier, weight, self.count)
+        mean = np.bincount(multiplier, weight * value, self.count) / np.where(area > 0.0, area, 1.0)
+        return np.where(closed, mean[multiplier], 0.0)
 
     def activate(self, active: Flags) -> None:
         """Sets which points are active, shape (n,)."""
@@ -326,11 +326,11 @@ class Patches:
             self._sum(law.bilateral.astype(np.float64)) > 0.5 * self.area,
         )
         if self._still:
-            self.gap[part.owner[part.touch.closed]] = 0.0
+            self.gap[part.multiplier[part.touch.closed]] = 0.0
             self.gap[self.law.bilateral] = 0.0
 
     def _sum(self, value: Floats) -> Floats:
-        total = np.bincount(self.part.owner, self.weight * value, minlength=self.count)
+        total = np.bincount(self.part.multiplier, self.weight * value, minlength=self.count)
         return np.asarray(total, dtype=np.float64)
 
     def _mean_of(self, value: Floats) -> Floats:
@@ -426,15 +426,17 @@ class Patches:
     def columns(self, response: ContactResponse) -> Floats:
         """Returns sum_a B^a D^ab / A for each b, shape (dim, entries, dim)."""
         by_area = response.derivative / self._divisor[:, None, None]
-        return np.ascontiguousarray(np.einsum("aei,eab->bei", self.row, by_area[self.entry_owner]))
+        return np.ascontiguousarray(
+            np.einsum("aei,eab->bei", self.row, by_area[self.entry_multiplier])
+        )
 
     def entry_force(self, traction: Floats) -> Floats:
         """Returns the internal force of mean tractions (m, dim) on each entry, (entries, dim)."""
-        return np.asarray(np.einsum("aei,ea->ei", self.row, traction[self.entry_owner]))
+        return np.asarray(np.einsum("aei,ea->ei", self.row, traction[self.entry_multiplier]))
 
     def distribute(self, traction: Floats) -> Floats:
         """Returns the points' tractions [stress], (n, dim), for those of the multipliers."""
-        at_points = np.einsum("na,ani->ni", traction[self.part.owner], self.frame)
+        at_points = np.einsum("na,ani->ni", traction[self.part.multiplier], self.frame)
         return np.where(self.active[:, None], at_points, 0.0)
 
     def gaps(self, displacement: Floats, moved: Floats) -> Floats:
@@ -457,7 +459,7 @@ def select_by_gaps(patches: Sequence[Patches], gaps: Sequence[Floats]) -> None:
         patch.select(gap, lowest)
 
 
-def frames(normal: Floats, weight: Floats, owner: Integers, count: int) -> Floats:
+def frames(normal: Floats, weight: Floats, multiplier: Integers, count: int) -> Floats:
     """Returns normals and tangents of points, shape (dim, n, dim), continuous in each patch.
 
     The tangents follow from those of a patch's mean normal by the smallest rotation onto the
@@ -466,11 +468,13 @@ def frames(normal: Floats, weight: Floats, owner: Integers, count: int) -> Float
     dim = normal.shape[1]
     if dim == 2:
         return np.stack([normal, np.stack([-normal[:, 1], normal[:, 0]], axis=1)])
-    weight = np.where(np.bincount(owner, weight, minlength=count)[owner] > 0.0, weight, 1.0)
-    total = np.stack(
-        [np.bincount(owner, weight * each, minlength=count) for each in normal.T], axis=1
+    weight = np.where(
+        np.bincount(multiplier, weight, minlength=count)[multiplier] > 0.0, weight, 1.0
     )
-    mean = (total / np.linalg.norm(total, axis=1)[:, None])[owner]
+    total = np.stack(
+        [np.bincount(multiplier, weight * each, minlength=count) for each in normal.T], axis=1
+    )
+    mean = (total / np.linalg.norm(total, axis=1)[:, None])[multiplier]
     one = np.eye(3)[np.abs(mean).argmin(axis=1)]
     one = one - np.einsum("ni,ni->n", one, mean)[:, None] * mean
     one /= np.linalg.norm(one, axis=1)[:, None]

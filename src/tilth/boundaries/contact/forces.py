@@ -304,7 +304,7 @@ class AssembledContact(GlobalUnknowns):
             slip = slip + np.abs(patch.mean(each.moved))
             stiffness = np.abs(each.response.derivative).max(axis=(1, 2))
             force = np.abs(patch.before) + stiffness[:, None] * slip
-            spread = np.einsum("aei,ea->ei", rows, force[patch.entry_owner])
+            spread = np.einsum("aei,ea->ei", rows, force[patch.entry_multiplier])
             _core.add_element_forces(elements, spread, total)
         return total
 
@@ -319,7 +319,7 @@ class AssembledContact(GlobalUnknowns):
         """As `AssembledTerm.adapt`: points that soil has come to are active."""
         changed = False
         for patch, _, each in self._each():
-            held = (each.response.closed & (patch.area > 0.0))[patch.part.owner]
+            held = (each.response.closed & (patch.area > 0.0))[patch.part.multiplier]
             gaps = patch.gaps(displacement, each.moved)
             touches = gaps < np.where(held, OVERLAP, -OVERLAP) * self._cell
             new = touches & ~patch.active
@@ -409,7 +409,7 @@ class AssembledContact(GlobalUnknowns):
     def _is_small(self, patch: Patches) -> Flags:
         """Returns which multipliers have a patch whose mean gap does not count, (k,)."""
         part = patch.part
-        extent = np.bincount(part.owner, np.where(patch.active, part.area, 0.0), patch.count)
+        extent = np.bincount(part.multiplier, np.where(patch.active, part.area, 0.0), patch.count)
         face = self._cell ** (self._active.grid.dim - 1)
         return np.asarray(extent <= LEAST_PATCH * face)
 
@@ -423,12 +423,14 @@ class AssembledContact(GlobalUnknowns):
         dim = displacement.shape[1]
         force, moment = np.zeros(dim), np.zeros(3)
         for patch, _, each in self._each():
-            owner = patch.part.owner
-            closed = each.response.closed[owner] & patch.active
+            multiplier = patch.part.multiplier
+            closed = each.response.closed[multiplier] & patch.active
             traction = patch.distribute(each.response.traction)
             # what is tolerated in a small patch must not act on its traction in the next step
             tolerated = np.where(self._is_small(patch), each.slip[:, 0], 0.0)
-            gap = patch.gaps(displacement, each.moved) - np.where(closed, tolerated[owner], 0.0)
+            gap = patch.gaps(displacement, each.moved) - np.where(
+                closed, tolerated[multiplier], 0.0
+            )
             patch.part.store(traction, closed, gap + patch.left)
         if self.body is not None:
             force, moment = self.body_force(displacement)

@@ -195,19 +195,19 @@ def measure(
     own = edge[turn]
     samples = sampled(parts.of(own), DENSE, measure_gap, turn)
     shape = (len(own), DENSE[parts.shape].shape[1])
-    of_samples, owner = (each.reshape(shape) for each in (samples.gap, samples.point))
-    opposite = covered(owner >= 0, parts.position.shape[1])
+    of_samples, sampled_point = (each.reshape(shape) for each in (samples.gap, samples.point))
+    opposite = covered(sampled_point >= 0, parts.position.shape[1])
     own_share = opposite.mean(axis=1)
     away = samples.position.reshape(*shape, parts.position.shape[1]) - parts.position[own, None]
     own_shift = np.einsum("ns,nsi->ni", opposite, away)
     own_shift /= np.maximum(opposite.sum(axis=1), 1)[:, None]
     own_shift[own_share == 1.0] = 0.0
-    nearest = np.where(owner >= 0, of_samples, np.inf).argmin(axis=1)
+    nearest = np.where(sampled_point >= 0, of_samples, np.inf).argmin(axis=1)
     rows = np.arange(len(own))
     partly = ~found[own] & (own_share > 0.0)
     nothing = found[own] & (own_share == 0.0)
     own_gap = np.where(partly, of_samples[rows, nearest], np.where(nothing, np.inf, gap[own]))
-    own_point = np.where(partly, owner[rows, nearest], np.where(nothing, -1, point[own]))
+    own_point = np.where(partly, sampled_point[rows, nearest], np.where(nothing, -1, point[own]))
     shift = np.zeros_like(parts.position)
     of_edge = at_edges.of_all(own_share, own_gap, own_point, own_shift)
     share[edge], gap[edge], point[edge], shift[edge] = of_edge

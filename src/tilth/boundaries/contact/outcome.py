@@ -83,11 +83,11 @@ def _state(parts: Sequence[Part], displacement: Floats) -> ContactState:
     states = []
     for patch, _, each in parts:
         part = patch.part
-        owner = part.owner
+        multiplier = part.multiplier
         traction = patch.distribute(each.response.traction)
         normal = part.pose.normal
         along = np.einsum("ni,ni->n", traction, normal)
-        closed = each.response.closed[owner] & patch.active
+        closed = each.response.closed[multiplier] & patch.active
         gap = np.where(closed, 0.0, patch.gaps(displacement, each.moved))
         states.append(
             ContactState(
@@ -97,7 +97,7 @@ def _state(parts: Sequence[Part], displacement: Floats) -> ContactState:
                 normal_stress=along,
                 shear_stress=along[:, None] * normal - traction,
                 gap=gap,
-                sliding=each.response.sliding[owner] & closed,
+                sliding=each.response.sliding[multiplier] & closed,
                 in_contact=closed,
             )
         )

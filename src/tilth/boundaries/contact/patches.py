@@ -30,16 +30,16 @@ FARTHEST = 1.5
 """Greatest distance in cells of the point through which a patch joins another one."""
 
 
-def is_sliver(owner: Integers, weight: Floats, size: Floats) -> Flags:
+def is_sliver(multiplier: Integers, weight: Floats, size: Floats) -> Flags:
     """Returns which points belong to a sliver, shape (n,); arguments as in `without_small`."""
-    area = np.bincount(owner, weight)
-    return np.asarray((area < SLIVER * _least_face(owner, size, len(area)))[owner])
+    area = np.bincount(multiplier, weight)
+    return np.asarray((area < SLIVER * _least_face(multiplier, size, len(area)))[multiplier])
 
 
-def _least_face(owner: Integers, size: Floats, count: int) -> Floats:
+def _least_face(multiplier: Integers, size: Floats, count: int) -> Floats:
     """Returns the smallest face of a cell at each of `count` patches [length^(dim - 1)]."""
     edge = np.full(count, np.inf)
-    np.minimum.at(edge, owner, size.min(axis=1))
+    np.minimum.at(edge, multiplier, size.min(axis=1))
     return np.asarray(edge ** (size.shape[1] - 1))
 
 
@@ -60,7 +60,7 @@ def surrounded(position: Floats, others: Floats, reach: float) -> Flags:
 
 
 def without_small(
-    owner: Integers,
+    multiplier: Integers,
     position: Floats,
     normal: Floats,
     weight: Floats,
@@ -73,29 +73,32 @@ def without_small(
     there is none near. The smallest ones come first, of those alike the first by its number.
 
     Args:
-        owner: multiplier of each point, shape (n,).
+        multiplier: of each point, shape (n,).
         position: [length], shape (n, dim).
         normal: unit, shape (n, dim).
         weight: area of each point's part opposite soil [length^(dim - 1)], shape (n,).
         size: of the points' cells [length], shape (n, dim).
         apart: whether the point's patch joins no other one, nor is joined, shape (n,).
     """
-    if len(owner) == 0:
-        return owner
+    if len(multiplier) == 0:
+        return multiplier
     from scipy.spatial import cKDTree
 
-    owner = owner.copy()
-    area = np.bincount(owner, weight)
-    face = _least_face(owner, size, len(area))
+    multiplier = multiplier.copy()
+    area = np.bincount(multiplier, weight)
+    face = _least_face(multiplier, size, len(area))
     least = LEAST_AREA * face
     if apart is None:
-        apart = np.zeros(len(owner), dtype=bool)
-    least[owner[apart]] = 0.0
+        apart = np.zeros(len(multiplier), dtype=bool)
+    least[multiplier[apart]] = 0.0
     small = np.argsort(np.round(area / (EQUAL_AREA * face)), kind="stable")
     for number in small[area[small] < least[small]]:
         if area[number] >= least[number]:  # it has grown
             continue
-        own, others = np.flatnonzero(owner == number), np.flatnonzero((owner != number) & ~apart)
+        own, others = (
+            np.flatnonzero(multiplier == number),
+            np.flatnonzero((multiplier != number) & ~apart),
+        )
         if len(own) == 0 or len(others) == 0:
             continue
         cell = float(size[own].max())
@@ -110,8 +113,8 @@ def without_small(
             distance = np.linalg.norm(position[alike] - position[point], axis=1)
             as_near = alike[distance <= distance.min() + EQUAL_DISTANCE * cell]
             if distance.min() < nearest - EQUAL_DISTANCE * cell:
-                nearest, best = float(distance.min()), int(owner[as_near].min())
+                nearest, best = float(distance.min()), int(multiplier[as_near].min())
         if best >= 0:
-            owner[own] = best
+            multiplier[own] = best
             area[best] += area[number]
-    return np.asarray(np.unique(owner, return_inverse=True)[1])
+    return np.asarray(np.unique(multiplier, return_inverse=True)[1])

@@ -109,7 +109,7 @@ def trace_of_domains(
     at: PointsInCells,
     place: Integers,
     position: Floats,
-    owner: Integers,
+    point: Integers,
 ) -> Trace:
     """Returns the mean trace over samples of the places' parts, on domains with corners.
 
@@ -121,14 +121,14 @@ def trace_of_domains(
         at: the n places in the cells.
         place: whose part each of the s samples is on, shape (s,).
         position: of the samples on the soil's surface [length], shape (s, dim).
-        owner: material point of each sample, shape (s,).
+        point: material point of each sample, shape (s,).
     """
     order = np.argsort(place, kind="stable")
     start = np.searchsorted(place[order], np.arange(len(at.local) + 1))
-    owner = owner[order]
-    shift = np.broadcast_to(overlay_shift(points.overlays_of(owner)), len(owner))
+    point = point[order]
+    shift = np.broadcast_to(overlay_shift(points.overlays_of(point)), len(point))
     count, node, value = _core.trace_of_domains(
-        start, position[order], owner, np.ascontiguousarray(shift, dtype=np.int64), points.position,
+        start, position[order], point, np.ascontiguousarray(shift, dtype=np.int64), points.position,
         points.corner, active.grid, active.cell_keys, active.key, at.start, at.node, at.value,
     )  # fmt: skip
     return Trace(len(count), np.repeat(np.arange(len(count)), count), node, value)

@@ -62,13 +62,13 @@ class PointsNearSoil:
         """The soil's displacement in the rows of the multipliers; None for that in the cells."""
         return None
 
-    def joined(self, owner: Integers, vertex: Floats, active: ActiveGrid) -> Integers:
+    def joined(self, multiplier: Integers, vertex: Floats, active: ActiveGrid) -> Integers:
         """Returns the multipliers, (r, n), where points of some have joined others.
 
         vertex: positions of the vertices, from the grid's origin in cells, shape (m, dim).
         """
         del vertex, active
-        return owner
+        return multiplier
 
     @cached_property
     def penalty(self) -> Floats:
@@ -142,13 +142,13 @@ class SurfaceConstraint(ImplicitConstraint):
         """As `PointsNearSoil.trace_of_rows`."""
         return self.trace
 
-    def joined(self, owner: Integers, vertex: Floats, active: ActiveGrid) -> Integers:
+    def joined(self, multiplier: Integers, vertex: Floats, active: ActiveGrid) -> Integers:
         """As `PointsNearSoil.joined`."""
         if self.open_ends is None or len(self.open_ends.normal) == 0:
-            return owner
+            return multiplier
         position, normal = self.pose.position, self.pose.normal
         some = np.zeros(len(vertex), dtype=np.int64)
-        some[owner] = np.arange(len(position))
+        some[multiplier] = np.arange(len(position))
         size = self.at.size[self.at.cell]
         beyond = self.open_ends.distance(active.grid.position(vertex), normal[some])
         gone = beyond > -INSIDE * size[some].min(axis=1)
@@ -158,7 +158,7 @@ class SurfaceConstraint(ImplicitConstraint):
                 without_vertices_near_ends(
                     each, gone, position, normal, of_point, float(size.max())
                 )
-                for each in owner
+                for each in multiplier
             ]
         )
 

@@ -159,7 +159,7 @@ class ImplicitConstraints:
             for part in parts
         ]
         owned = [
-            part.with_owner(each.owner[0], active.overlay)
+            part.with_multiplier(each.multiplier[0], active.overlay)
             for part, each in zip(contacts, chosen, strict=True)
         ]
         return cls(active, parts, without_contact, tuple(owned), areas)

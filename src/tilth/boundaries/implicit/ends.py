@@ -128,14 +128,19 @@ def width_of(facets: Facets) -> float:
 
 
 def without_vertices_near_ends(
-    owner: Integers, gone: Flags, position: Floats, normal: Floats, overlay: Integers, cell: float
+    multiplier: Integers,
+    gone: Flags,
+    position: Floats,
+    normal: Floats,
+    overlay: Integers,
+    cell: float,
 ) -> Integers:
     """Returns the multiplier of each point, (n,), without those that are `gone`, (m,).
 
     Their points join those of the nearest others.
 
     Args:
-        owner: multiplier of each point, shape (n,).
+        multiplier: of each point, shape (n,).
         gone: of the m multipliers.
         position: [length], shape (n, dim).
         normal: unit, shape (n, dim).
@@ -146,11 +151,11 @@ def without_vertices_near_ends(
 
     # points with other normals are farther apart
     place = np.concatenate([position, cell * normal], axis=1)
-    joined, leaves = owner.copy(), gone[owner]
+    joined, leaves = multiplier.copy(), gone[multiplier]
     for number in np.unique(overlay[leaves]):
         own, others = (np.flatnonzero((overlay == number) & of) for of in (leaves, ~leaves))
         if len(others):
             far, nearest = cKDTree(place[others]).query(place[own])
             near = far <= FARTHEST * cell
-            joined[own[near]] = owner[others[nearest[near]]]
+            joined[own[near]] = multiplier[others[nearest[near]]]
     return joined

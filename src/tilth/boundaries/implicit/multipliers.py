@@ -38,7 +38,7 @@ class Multipliers:
     """The m multipliers of one boundary: n quadrature points with r constrained directions each.
 
     Attributes:
-        owner: number of the multiplier of each direction of each point, shape (r, n).
+        multiplier: its number, of each direction of each point, shape (r, n).
         direction: constrained directions, unit vectors, shape (r, n, dim).
         weight: of the points [length^(dim - 1)], shape (n,).
         area: of the patches [length^(dim - 1)], shape (m,).
@@ -48,7 +48,7 @@ class Multipliers:
         vertex: positions of the vertices, from the grid's origin in cells, shape (m, dim).
     """
 
-    owner: Integers
+    multiplier: Integers
     direction: Floats
     weight: Floats
     area: Floats
@@ -72,18 +72,18 @@ class Multipliers:
         """
         along = np.einsum("rni,ni->rn", self.direction, vector)
         given = self._sums(self.weight * gives * along)
-        taken = self._sums(np.broadcast_to(self.weight * takes, self.owner.shape))
+        taken = self._sums(np.broadcast_to(self.weight * takes, self.multiplier.shape))
         each = given / np.where(taken > 0.0, taken, 1.0)
         return np.asarray(takes[:, None] * self.distribute(each))
 
     def _sums(self, values: Floats) -> Floats:
         """Returns the sums of values of each direction of each point, (r, n), shape (m,)."""
-        found = np.bincount(self.owner.ravel(), values.ravel(), minlength=len(self.area))
+        found = np.bincount(self.multiplier.ravel(), values.ravel(), minlength=len(self.area))
         return np.asarray(found, dtype=np.float64)
 
     def distribute(self, traction: Floats) -> Floats:
         """Returns the points' tractions [stress], (n, dim), for those of the multipliers, (m,)."""
-        return np.asarray(np.einsum("rn,rni->ni", traction[self.owner], self.direction))
+        return np.asarray(np.einsum("rn,rni->ni", traction[self.multiplier], self.direction))
 
 
 def constrained_directions(condition: str, normal: Floats, declared: Floats | None) -> Floats:
@@ -144,7 +144,7 @@ def choose_multipliers(
     rank = np.array([len(direction) for direction in directions])
     cells = concatenated_cells(parts)
     first_cell, end_cell, families = _families(active, parts, rank)
-    owner, of_family, _, vertex = _core.multiplier_space(
+    multiplier, of_family, _, vertex = _core.multiplier_space(
         *cells,
         active.lattice,
         active.grid,
@@ -154,12 +154,12 @@ def choose_multipliers(
         np.concatenate([direction.reshape(-1, dim) for direction in directions]),
         constrained,
     )
-    owners = np.split(np.asarray(owner), np.cumsum(rank * count)[:-1])
+    multipliers = np.split(np.asarray(multiplier), np.cumsum(rank * count)[:-1])
     first = np.searchsorted(np.asarray(of_family), np.append(_offsets(families), families.sum()))
     found = []
     for number, (part, direction) in enumerate(zip(parts, directions, strict=True)):
         own = slice(first[number], first[number + 1])
-        of_points = (owners[number] - own.start).reshape(len(direction), -1)
+        of_points = (multipliers[number] - own.start).reshape(len(direction), -1)
         own_vertex = np.asarray(vertex)[own]
         joined = part.joined(of_points, own_vertex, active)
         if joined is not of_points:
@@ -211,20 +211,23 @@ def concatenated_cells(
 
 
 def _multipliers(
-    part: SurfaceConstraint | ContactConstraint, direction: Floats, owner: Integers, vertex: Floats
+    part: SurfaceConstraint | ContactConstraint,
+    direction: Floats,
+    multiplier: Integers,
+    vertex: Floats,
 ) -> Multipliers:
     rank, count, dim = direction.shape
     penalty = np.einsum("rni,nij,rnj->rn", direction, part.penalty, direction)
     means = _core.multiplier_means(
-        len(vertex), owner, np.tile(np.arange(count), rank), part.at.cell, part.at.node,
+        len(vertex), multiplier, np.tile(np.arange(count), rank), part.at.cell, part.at.node,
         part.pose.weight, direction.reshape(-1, dim), penalty.ravel(), part.at.value,
     )  # fmt: skip
     area, mean_penalty, node_start, node, row = map(np.asarray, means)
     if part.trace_of_rows is not None:
-        found = _rows_of_trace(part, part.trace_of_rows, direction, owner, len(vertex))
+        found = _rows_of_trace(part, part.trace_of_rows, direction, multiplier, len(vertex))
         node_start, node, row = found
     return Multipliers(
-        owner=owner.reshape(rank, count),
+        multiplier=multiplier.reshape(rank, count),
         direction=direction,
         weight=part.pose.weight,
         area=area,
@@ -240,16 +243,16 @@ def _rows_of_trace(
     part: SurfaceConstraint | ContactConstraint,
     trace: Trace,
     direction: Floats,
-    owner: Integers,
+    multiplier: Integers,
     count: int,
 ) -> tuple[Integers, npt.NDArray[np.int32], Floats]:
     """Returns node_start, node and row of `Multipliers` for the trace of domains with corners.
 
-    owner: of each direction of each point, shape (r n,). count: number of multipliers.
+    multiplier: of each direction of each point, shape (r n,). count: number of multipliers.
     """
-    owner = owner.reshape(len(direction), -1)
+    multiplier = multiplier.reshape(len(direction), -1)
     nodes = int(trace.node.max(initial=0)) + 1
-    found, entry = np.unique(owner[:, trace.place] * nodes + trace.node, return_inverse=True)
+    found, entry = np.unique(multiplier[:, trace.place] * nodes + trace.node, return_inverse=True)
     share = (part.pose.weight[trace.place] * trace.value)[:, None] * direction[:, trace.place]
     columns = [
         np.bincount(entry.ravel(), each.ravel(), len(found)) for each in share.transpose(2, 0, 1)
