@@ -100,14 +100,14 @@ def _past(
     """Returns the greatest past vertical effective stress and its ratio to the present one, (n,).
 
     Raises:
-        BadInput: a field has no value at a point, or one that is not possible.
+        BadInput: a variation has no value at a point, or one that is not possible.
     """
     if rest.past is None:
         return vertical, np.ones(len(vertical))
     key = f"{key}{rest.of_past}.{rest.past_key}"
     value: Any = rest.past
-    is_field = isinstance(value, Variation)
-    given = values_at(value, position, key) if is_field else np.full(len(vertical), value)
+    is_variation = isinstance(value, Variation)
+    given = values_at(value, position, key) if is_variation else np.full(len(vertical), value)
     is_ratio = rest.overconsolidation_ratio is not None
     least = 1.0 if is_ratio else 0.0
     if not (given >= least).all():
