@@ -17,7 +17,7 @@ import numpy as np
 
 from tilth import Model, _core
 from tilth.analysis.simulation import Simulation
-from tilth.mpm.grid import Buffers, locate
+from tilth.mpm.active_grid import Buffers, locate
 
 PROBLEMS = {
     "2D linear": ("plane_strain", "linear", 100, 2),

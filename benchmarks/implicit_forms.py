@@ -18,7 +18,7 @@ from tilth import Model
 from tilth.analysis.march import march
 from tilth.analysis.simulation import Simulation
 from tilth.boundaries import ImplicitConstraints
-from tilth.mpm.grid import Buffers, locate
+from tilth.mpm.active_grid import Buffers, locate
 from tilth.terms.balance import Balance
 from tilth.terms.ghost import ghost_faces
 from tilth.terms.linear import LinearForces

@@ -32,7 +32,7 @@ from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.boundaries import ImplicitConstraints
 from tilth.boundaries.implicit.constraint import SurfaceConstraint
-from tilth.mpm.grid import ActiveGrid, Buffers, locate
+from tilth.mpm.active_grid import ActiveGrid, Buffers, locate
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
 from tilth.solvers import LinearSystem

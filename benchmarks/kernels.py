@@ -13,7 +13,7 @@ from problems import block, cantilever
 
 from tilth import _core
 from tilth.analysis.simulation import Simulation
-from tilth.mpm.grid import ActiveGrid, Buffers, locate
+from tilth.mpm.active_grid import ActiveGrid, Buffers, locate
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.soil import Soil
 from tilth.mpm.stencil import Stencil

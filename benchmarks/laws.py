@@ -23,7 +23,7 @@ from measure import machine
 
 from tilth import Model, _core
 from tilth.analysis.simulation import Simulation
-from tilth.mpm.grid import Buffers, locate
+from tilth.mpm.active_grid import Buffers, locate
 
 sys.path.append(str(Path(__file__).parents[1] / "tests"))
 

@@ -19,8 +19,8 @@ import numpy as np
 
 from tilth import Model, _core
 from tilth.arrays import Floats
-from tilth.boundaries.contact.gap import measure_gap
-from tilth.mpm.grid import Grid
+from tilth.boundaries.surfaces.gap import measure_gap
+from tilth.grid.background import Grid
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
 

@@ -12,7 +12,7 @@ from problems import block, cantilever
 
 from tilth import Model, _core
 from tilth.analysis.simulation import Simulation
-from tilth.mpm.grid import Buffers, locate
+from tilth.mpm.active_grid import Buffers, locate
 from tilth_verification.cases import varied
 
 ROUNDS, CALLS = 15, 6

@@ -50,7 +50,7 @@ from implicit_blocks import flat, implicit
 from small_problems import BASES
 
 from tilth.arrays import Floats
-from tilth.boundaries.implicit.motion import rotation_matrix
+from tilth.boundaries.surfaces.motion import rotation_matrix
 
 YOUNG = 1000.0
 WAYS = {"pressed": 0.25, "embedded": 0.25, "buried": 0.25, "plane": 0.15, "none": 0.1}

@@ -15,7 +15,7 @@ from small_problems import (
 
 from tilth import Model
 from tilth.analysis.simulation import Simulation
-from tilth.mpm.grid import ActiveGrid, Buffers, locate
+from tilth.mpm.active_grid import ActiveGrid, Buffers, locate
 
 
 def block(

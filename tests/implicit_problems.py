@@ -17,9 +17,9 @@ from tilth.arrays import Floats
 from tilth.boundaries import ImplicitConstraints
 from tilth.boundaries.implicit.band import BandConstraint
 from tilth.boundaries.implicit.constraint import ImplicitConstraint, SurfaceConstraint
-from tilth.boundaries.implicit.multipliers import multiplier_coupling
-from tilth.mpm.background import background_grid
-from tilth.mpm.grid import ActiveGrid, Buffers, locate
+from tilth.boundaries.surfaces.multipliers import multiplier_coupling
+from tilth.grid.background import background_grid
+from tilth.mpm.active_grid import ActiveGrid, Buffers, locate
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
 from tilth.terms.ghost import FaceCoupling

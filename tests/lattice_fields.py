@@ -10,8 +10,9 @@ import numpy as np
 
 from tilth import _core
 from tilth.arrays import Flags, Floats, Integers
+from tilth.grid.background import Grid
 from tilth.model.laws import laws
-from tilth.mpm.grid import ActiveGrid, Buffers, Grid, locate
+from tilth.mpm.active_grid import ActiveGrid, Buffers, locate
 from tilth.mpm.points import MaterialPoints, PointRange
 from tilth.solvers import LinearSystem
 

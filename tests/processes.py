@@ -21,7 +21,7 @@ import scipy.sparse.linalg as spla
 
 from tilth.arrays import Floats, Integers
 from tilth.comm import Array, Communicator
-from tilth.mpm.decomposition import Boxes, Cut
+from tilth.grid.decomposition import Boxes, Cut
 from tilth.solvers import LinearSystem
 
 T = TypeVar("T")

@@ -9,7 +9,7 @@ import numpy as np
 
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
-from tilth.boundaries.contact.gap import measure_gap
+from tilth.boundaries.surfaces.gap import measure_gap
 
 WAYS = ("pressed", "pushed", "turned", "dropped", "resting")
 """Motions: down; down and sideways; down and round; by a force, without turning; free, on

@@ -19,11 +19,12 @@ from pydantic import TypeAdapter
 from tilth import Model, _core
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
+from tilth.grid.background import Grid
 from tilth.model.isotropic import ParametersAt
 from tilth.model.laws import laws
 from tilth.model.materials import Material
+from tilth.mpm.active_grid import ActiveGrid, Buffers, locate
 from tilth.mpm.domains import bound_domains
-from tilth.mpm.grid import ActiveGrid, Buffers, Grid, locate
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.soil import Soil

@@ -81,7 +81,7 @@ def cli(context: click.Context) -> None:
     Exit codes: 0 done; 1 the analysis could not be finished, results so far are on disk, or a
     factor of safety is undecided; 2 the input is wrong; 3 interrupted; 4 a bug in tilth.
     """
-    from tilth.analysis.available_memory import require_memory_of_program
+    from tilth.available_memory import require_memory_of_program
 
     if several_processes():
         from tilth.mpi import begin_together

@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from tilth.arrays import Floats
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
 
 

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from tilth.analysis.march import initial_position, march
 from tilth.arrays import Floats
-from tilth.boundaries.implicit.motion import rotation_matrix
+from tilth.boundaries.surfaces.motion import rotation_matrix
 from tilth.model import Model
 from tilth_verification.cases import example, varied
 from tilth_verification.comparison import Comparison, absolute, at_least, relative, vanishing

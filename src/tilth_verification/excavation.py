@@ -15,7 +15,7 @@ from tilth.analysis.simulation import Simulation
 from tilth.analysis.staged import StagedAnalysis
 from tilth.arrays import Floats
 from tilth.model import BodyForce, Model
-from tilth.mpm.grid import Buffers, locate
+from tilth.mpm.active_grid import Buffers, locate
 from tilth.mpm.points import MaterialPoints
 from tilth.terms.balance import Balance
 from tilth_verification.carried import carried

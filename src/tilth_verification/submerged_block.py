@@ -16,7 +16,7 @@ from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.curves import LocalCubicSpline
 from tilth.model import Circle, Model, SurfaceLoad
-from tilth.mpm.grid import Buffers, locate
+from tilth.mpm.active_grid import Buffers, locate
 from tilth.surface.loads import SurfaceLoads, declared_loads
 from tilth.surface.tracked import TrackedSurface
 from tilth_verification.cases import example, varied

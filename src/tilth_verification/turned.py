@@ -12,7 +12,7 @@ from tilth.analysis.march import march
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
-from tilth.boundaries.implicit.motion import rotation_matrix
+from tilth.boundaries.surfaces.motion import rotation_matrix
 from tilth.model import Box, ImplicitBoundary, Model, NodeBoundary, PlaneBoundary
 from tilth_verification.cases import example, varied
 

@@ -14,7 +14,7 @@ import numpy as np
 from tilth.analysis.march import initial_position, march
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
-from tilth.boundaries.implicit.boundary import Implicit
+from tilth.boundaries.surfaces.boundary import Implicit
 from tilth.model import HenckyElastic, Model
 from tilth_verification.cases import example, varied
 from tilth_verification.closed_forms import WidenedCylinder

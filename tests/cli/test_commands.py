@@ -15,12 +15,12 @@ import pytest
 from rich.console import Console
 
 from tilth import __version__
-from tilth.analysis.available_memory import AvailableMemory
 from tilth.analysis.memory import memory_of
+from tilth.available_memory import AvailableMemory
 from tilth.bodies.discretise import discretise
 from tilth.case import load_case
 from tilth.errors import AnalysisFailed, TilthError
-from tilth.mpm.background import background_grid
+from tilth.grid.background import background_grid
 from tilth.output.folder import CHECKPOINT
 from tilth.report.setup import Setup
 from tilth.report.summary import print_summary

@@ -16,9 +16,9 @@ import pytest
 from readings import long, some_of
 
 from tilth.analysis import run as analysis
-from tilth.analysis.available_memory import AvailableMemory
 from tilth.analysis.memory import memory_of, require_memory_to_check
 from tilth.analysis.simulation import Simulation
+from tilth.available_memory import AvailableMemory
 from tilth.case import load_case
 from tilth.errors import BadInput
 from tilth.mpm.soil import Soil

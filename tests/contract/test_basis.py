@@ -12,8 +12,9 @@ from small_problems import BASES, CORNER_BASES
 
 from tilth import _core
 from tilth.arrays import Floats
+from tilth.grid.background import Grid
 from tilth.model.laws import laws
-from tilth.mpm.grid import Buffers, Grid, locate
+from tilth.mpm.active_grid import Buffers, locate
 from tilth.mpm.points import MaterialPoints, PointRange
 
 GRIDS = {

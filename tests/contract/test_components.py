@@ -8,7 +8,7 @@ import pytest
 from lattice_fields import ball, edge_nodes, error, load, poisson
 
 from tilth.arrays import Floats
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.solvers import SOLVERS, LinearSolver, Multigrid, linear_solver
 
 NAMES = [name for name, solver in SOLVERS.items() if solver.available()] + ["multigrid", "auto"]

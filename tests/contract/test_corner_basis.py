@@ -25,8 +25,9 @@ from tilth import Model, _core
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.errors import StepFailed
+from tilth.grid.background import Grid
 from tilth.model.laws import laws
-from tilth.mpm.grid import Buffers, Grid, locate
+from tilth.mpm.active_grid import Buffers, locate
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints, PointRange
 

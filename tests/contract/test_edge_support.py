@@ -13,7 +13,7 @@ from small_problems import AXES, BASES, KINDS, block_entries, dimension, plane, 
 from tilth import Model
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Flags, Floats
-from tilth.mpm.grid import ActiveGrid, Buffers, locate
+from tilth.mpm.active_grid import ActiveGrid, Buffers, locate
 from tilth.mpm.soil import Soil
 from tilth.terms.balance import Balance
 from tilth.terms.edge_support import SHARE, EdgeSupport, SupportForces

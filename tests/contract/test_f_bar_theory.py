@@ -27,7 +27,7 @@ from small_problems import (
 from tilth import Model
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
-from tilth.mpm.grid import Grid
+from tilth.grid.background import Grid
 
 pytestmark = pytest.mark.slow
 

@@ -23,8 +23,9 @@ from small_problems import (
 from tilth import Model, _core
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
-from tilth.mpm.grid import ActiveGrid, Buffers, Grid, locate
-from tilth.mpm.keys import find_keys, lattice_keys
+from tilth.grid.background import Grid
+from tilth.grid.keys import find_keys, lattice_keys
+from tilth.mpm.active_grid import ActiveGrid, Buffers, locate
 from tilth.mpm.soil import Soil
 from tilth.terms.balance import Balance
 from tilth.terms.filled_cells import LEAST_ELASTIC_SHARE, filled_cells

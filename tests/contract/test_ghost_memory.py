@@ -20,8 +20,8 @@ from tilth import Model, _core
 from tilth.analysis.march import march
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
+from tilth.grid.keys import find_keys
 from tilth.model.laws import laws
-from tilth.mpm.keys import find_keys
 from tilth.terms.balance import Balance
 from tilth.terms.ghost import Ghost
 from tilth.terms.linear import LinearForces

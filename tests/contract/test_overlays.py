@@ -16,7 +16,8 @@ from tilth.analysis.march import march, march_stages
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.errors import StepFailed
-from tilth.mpm.grid import Buffers, Grid, locate
+from tilth.grid.background import Grid
+from tilth.mpm.active_grid import Buffers, locate
 from tilth.solvers import linear_solver
 
 TOLERANCE = 1e-12

@@ -29,8 +29,7 @@ from small_problems import (
 from tilth import Model
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
-from tilth.mpm.background import background_grid
-from tilth.mpm.grid import Grid
+from tilth.grid.background import Grid, background_grid
 from tilth.mpm.initial_points import initial_points
 
 every_kind = pytest.mark.parametrize("kind", KINDS)

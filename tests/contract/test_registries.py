@@ -37,10 +37,10 @@ from implicit_entries import (
 from tilth.bodies.discretise import FORMS, discretise
 from tilth.bodies.forms import READERS
 from tilth.geometry.make import GEOMETRIES, Geometry, make_geometry
+from tilth.grid.background import Grid
 from tilth.model import Body, Model, shapes
 from tilth.model import geometry as geometries
 from tilth.model.base import Declared
-from tilth.mpm.grid import Grid
 
 # --- geometries ------------------------------------------------------------------------------
 

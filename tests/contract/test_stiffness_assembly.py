@@ -12,7 +12,7 @@ from small_problems import CORNER_BASES, Laboratory
 
 from tilth import _core
 from tilth.arrays import Floats
-from tilth.mpm.grid import Stencil
+from tilth.mpm.active_grid import Stencil
 
 pytestmark = pytest.mark.usefixtures("every_loop_in_parallel")
 

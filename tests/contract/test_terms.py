@@ -16,7 +16,7 @@ from small_problems import material_entries
 from tilth import Model
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
-from tilth.mpm.grid import Buffers, locate
+from tilth.mpm.active_grid import Buffers, locate
 from tilth.terms.balance import Balance
 from tilth.terms.linear import AssembledLinearForces
 from tilth.terms.protocol import AssembledTerm, Role

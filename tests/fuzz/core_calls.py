@@ -28,7 +28,7 @@ from small_problems import BASES, KINDS, block_entries, dimension, parameters, r
 
 from tilth import Model, _core
 from tilth.analysis.simulation import Simulation
-from tilth.mpm.grid import Grid
+from tilth.grid.background import Grid
 
 ORDINARY = (ValueError, TypeError, IndexError)
 KEPT = 6

@@ -18,7 +18,7 @@ from fuzz.core_calls import (
     written,
 )
 from tilth import _core
-from tilth.mpm.grid import Grid
+from tilth.grid.background import Grid
 
 
 @pytest.fixture(scope="module")

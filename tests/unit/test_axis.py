@@ -26,9 +26,9 @@ from tilth import Model
 from tilth.analysis.march import march
 from tilth.analysis.simulation import Simulation
 from tilth.boundaries import Conditions
-from tilth.boundaries.conditions import AXIS
+from tilth.boundaries.step.conditions import AXIS
 from tilth.model.laws import laws
-from tilth.mpm.grid import Buffers, locate
+from tilth.mpm.active_grid import Buffers, locate
 
 every_basis = pytest.mark.parametrize("basis", BASES)
 every_method = pytest.mark.parametrize("anti_locking", ["none", "f_bar"])

@@ -14,7 +14,7 @@ from tilth import BadInput, Model
 from tilth.analysis.march import march
 from tilth.analysis.simulation import Simulation
 from tilth.boundaries import Conditions
-from tilth.boundaries.conditions import AXIS
+from tilth.boundaries.step.conditions import AXIS
 
 pytestmark = pytest.mark.slow
 

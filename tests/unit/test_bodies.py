@@ -8,8 +8,8 @@ import pytest
 
 from tilth.bodies import BodyPoints, discretise
 from tilth.errors import BadInput
+from tilth.grid.background import Grid
 from tilth.model import Body, Box, Circle, Cylinder, Polygon, Sphere
-from tilth.mpm.grid import Grid
 
 CELL = {2: [0.5, 0.25], 3: [0.5, 0.25, 0.4]}
 ORIGIN = {2: [-1.0, 0.3], 3: [-1.0, 0.3, 0.1]}

@@ -12,8 +12,8 @@ from mesh_bodies import write
 from tilth.bodies import discretise
 from tilth.bodies.elements import ELEMENTS, simplex_weights
 from tilth.errors import BadInput
+from tilth.grid.background import Grid
 from tilth.model import Body, Mesh
-from tilth.mpm.grid import Grid
 
 pytest.importorskip("meshio")
 

@@ -20,8 +20,8 @@ from tilth.arrays import Floats
 from tilth.bodies import BodyPoints, discretise
 from tilth.bodies.corners import corner_signs, mean_half_edges
 from tilth.errors import BadInput
+from tilth.grid.background import Grid
 from tilth.model import Body, Mesh
-from tilth.mpm.grid import Grid
 
 pytest.importorskip("meshio")
 

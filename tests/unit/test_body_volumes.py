@@ -20,9 +20,9 @@ from tilth.bodies.request import BodyPoints
 from tilth.bodies.stl_file import closed_surface
 from tilth.errors import BadInput
 from tilth.geometry.triangle_mesh import TriangleMesh
+from tilth.grid.background import Grid
 from tilth.model import Body, Box, Circle, Cylinder, Mesh, Outline, Polygon, Sphere, Terrain
 from tilth.model.shapes import DeclaredShape
-from tilth.mpm.grid import Grid
 from tilth.mpm.layers import by_layer
 
 PLANE, SPACE = (Grid(np.zeros(d), np.full(d, 0.5)) for d in (2, 3))

@@ -12,8 +12,8 @@ from test_schwarz import COUPLINGS, at_the_edge, grid_of
 
 from tilth.arrays import Floats, Integers
 from tilth.comm import SERIAL, Communicator
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.bordered_matrix import Border
-from tilth.mpm.grid import ActiveGrid
 from tilth.solvers import LinearSystem
 from tilth.solvers.petsc_bordered import _rows
 

@@ -14,7 +14,7 @@ from small_problems import KINDS, affine, block_entries, plane, rollers
 from tilth import BadInput, Model
 from tilth.analysis.simulation import Simulation
 from tilth.boundaries import Conditions
-from tilth.mpm.grid import Buffers, locate
+from tilth.mpm.active_grid import Buffers, locate
 
 
 def simulation(kind: str, boundaries: list[dict[str, Any]], **changed: Any) -> Simulation:

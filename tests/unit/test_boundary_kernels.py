@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from tilth import _core
-from tilth.mpm.grid import Grid
+from tilth.grid.background import Grid
 
 CELL = np.array([0.5, 0.4, 0.7])
 ORIGIN = np.array([0.1, -0.2, 0.05])

@@ -21,7 +21,7 @@ from tilth.boundaries.contact.constraint import (
 )
 from tilth.boundaries.contact.smoothness import smoothness
 from tilth.boundaries.contact.surface import AWAY, NEVER, OPEN, CarriedContact, Touch
-from tilth.mpm.grid import Grid
+from tilth.grid.background import Grid
 from tilth_verification.cases import example, varied
 from tilth_verification.contact_runs import ContactRun, run_contact
 

@@ -11,7 +11,8 @@ from small_problems import dimension
 from tilth.arrays import Floats
 from tilth.bodies.corners import corner_signs
 from tilth.boundaries.contact.law import ContactLaw, respond
-from tilth.boundaries.contact.measure import (
+from tilth.boundaries.contact.surface import AWAY, NEVER
+from tilth.boundaries.surfaces.measure import (
     DENSE,
     EVEN,
     Coordinates,
@@ -20,12 +21,12 @@ from tilth.boundaries.contact.measure import (
     measure,
     part_samples,
 )
-from tilth.boundaries.contact.patches import SLIVER, is_sliver, without_small
-from tilth.boundaries.contact.surface import AWAY, NEVER
-from tilth.boundaries.contact.trace import trace_of_domains
+from tilth.boundaries.surfaces.patches import SLIVER, is_sliver, without_small
+from tilth.boundaries.surfaces.trace import trace_of_domains
 from tilth.geometry.quadrature import _tributary_parts
+from tilth.grid.background import Grid
 from tilth.model.laws import laws
-from tilth.mpm.grid import ActiveGrid, Buffers, Grid, locate
+from tilth.mpm.active_grid import ActiveGrid, Buffers, locate
 from tilth.mpm.points import MaterialPoints, PointRange
 from tilth.mpm.quadrature import find_cells, locate_in_cells, points_in_cells
 

@@ -22,7 +22,8 @@ from tilth.analysis.step_result import PreparedStep
 from tilth.arrays import Floats
 from tilth.comm import SERIAL
 from tilth.errors import StepFailed
-from tilth.mpm.grid import ActiveGrid, Grid
+from tilth.grid.background import Grid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.soil import Soil
 from tilth.solvers.bordered_system import equilibrated

@@ -12,10 +12,11 @@ from processes import random_boxes, run_together
 
 from tilth.arrays import Floats, Integers
 from tilth.comm import SERIAL, Communicator
+from tilth.grid.background import Grid
+from tilth.grid.decomposition import Boxes, Cut, bisected
 from tilth.mpi import Processes
-from tilth.mpm.decomposition import Boxes, Cut, bisected
+from tilth.mpm.active_grid import Buffers, locate
 from tilth.mpm.distribution import Distribution
-from tilth.mpm.grid import Buffers, Grid, locate
 from tilth.mpm.points import MaterialPoints, PointRange
 
 

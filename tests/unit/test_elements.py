@@ -9,7 +9,7 @@ from small_problems import Laboratory
 
 from tilth import _core
 from tilth.arrays import Floats
-from tilth.mpm.grid import ActiveGrid, Buffers, locate
+from tilth.mpm.active_grid import ActiveGrid, Buffers, locate
 from tilth.mpm.quadrature import locate_in_cells
 from tilth.solvers.system import LinearSystem
 from tilth.terms.balance import Balance

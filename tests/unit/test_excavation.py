@@ -24,7 +24,7 @@ from staged_ground import (
 
 from tilth.arrays import Floats
 from tilth.model.load_curve import LoadCurve
-from tilth.mpm.grid import Buffers, locate
+from tilth.mpm.active_grid import Buffers, locate
 from tilth.terms.balance import Balance
 from tilth_verification.carried import carried
 from tilth_verification.closed_forms import Heave

@@ -9,9 +9,9 @@ from small_problems import BASES, KINDS, dimension
 from soils_with_surfaces import SoilAtRest, box
 
 from tilth import _core
-from tilth.boundaries.contact.gap import measure_gap
+from tilth.boundaries.surfaces.gap import measure_gap
+from tilth.grid.background import Grid
 from tilth.mpm.domains import half_edges
-from tilth.mpm.grid import Grid
 
 WIDENING = 0.05  # of a domain across a line, see docs/theory/contact.md
 

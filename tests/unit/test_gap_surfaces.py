@@ -10,8 +10,8 @@ import pytest
 from small_problems import KINDS, dimension
 from soils_with_surfaces import SoilAtRest, ball, box
 
-from tilth.boundaries.contact.gap import measure_gap
 from tilth.boundaries.contact.overlap import soil_inside
+from tilth.boundaries.surfaces.gap import measure_gap
 from tilth.curves.chain import Chain
 from tilth.geometry.round import Circle, Sphere
 from tilth.surface.tracked import TrackedSurface

@@ -14,7 +14,7 @@ from tilth.geometry.plane import Plane
 from tilth.geometry.polyline import Polyline
 from tilth.geometry.quadrature import make_quadrature
 from tilth.geometry.round import Circle, Cylinder, Sphere
-from tilth.mpm.grid import Grid
+from tilth.grid.background import Grid
 
 
 def quadrature(geometry, origin=0.013, cell_size=0.11, size=None, lower=-1.0, upper=1.0):

@@ -16,9 +16,9 @@ from tilth.arrays import Floats, Integers
 from tilth.bodies import BodyPoints, discretise
 from tilth.bodies.request import smallest_cells
 from tilth.bodies.size import body_size
+from tilth.grid.background import Grid
 from tilth.model import Body
 from tilth.model.grading import line_of
-from tilth.mpm.grid import Grid
 
 X = line_of(((0.0, 0.1), (1.0, 0.1), (4.0, 0.6)))
 Y = line_of(((0.0, 0.5), (2.0, 0.125), (3.0, 0.125)))

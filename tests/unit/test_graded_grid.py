@@ -22,12 +22,13 @@ from small_problems import (
 from tilth import Model
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
-from tilth.boundaries.contact.patches import is_sliver, without_small
+from tilth.boundaries.surfaces.patches import is_sliver, without_small
 from tilth.geometry.plane import Plane
 from tilth.geometry.quadrature import make_quadrature
+from tilth.grid.background import Grid
+from tilth.mpm.active_grid import Buffers, locate
 from tilth.mpm.domains import bound_domains
 from tilth.mpm.f_bar import mean_gradients
-from tilth.mpm.grid import Buffers, Grid, locate
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.quadrature import locate_in_cells
 from tilth.terms.weak_springs import WeakSprings, covered_nodes

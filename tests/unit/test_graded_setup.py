@@ -17,9 +17,9 @@ from tilth.analysis.model_warnings import _far_positions, _small_radii, _thin_or
 from tilth.analysis.run_warnings import RunWarnings
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
-from tilth.boundaries.implicit.make import grid_properties
+from tilth.boundaries.surfaces.grid_properties import grid_properties
+from tilth.grid.background import background_grid
 from tilth.model.grading import line_of
-from tilth.mpm.background import background_grid
 from tilth.mpm.initial_points import initial_points
 from tilth.report.amounts import cells_text
 from tilth.report.setup import draw_setup

@@ -13,9 +13,9 @@ import pytest
 
 import tilth
 from tilth import BadInput, Model
+from tilth.grid.background import background_grid
 from tilth.model import ImplicitBoundary
 from tilth.model.grading import LARGEST_RATIO, line_of
-from tilth.mpm.background import background_grid
 from tilth_verification.cases import varied
 
 ROWS = [[0.0, 0.05], [1.0, 0.05], [5.0, 0.5]]

@@ -10,8 +10,9 @@ from small_problems import BASES, KINDS, Laboratory, block_entries, deformed_lab
 from tilth import Model, _core
 from tilth.analysis.simulation import Simulation
 from tilth.errors import StepFailed
+from tilth.grid.background import Grid
+from tilth.mpm.active_grid import ActiveGrid, Buffers, locate
 from tilth.mpm.domains import bound_domains
-from tilth.mpm.grid import ActiveGrid, Buffers, Grid, locate
 from tilth.mpm.initial_points import initial_points
 
 every_kind = pytest.mark.parametrize("kind", KINDS)

@@ -14,9 +14,9 @@ from tilth.bodies.discretise import discretise, inside_body
 from tilth.bodies.size import body_size
 from tilth.bodies.thickness import crossings_of
 from tilth.errors import BadInput
+from tilth.grid.background import Grid
 from tilth.model import Body, Box, Circle, Model, Polygon
 from tilth.model.shapes import DeclaredShape
-from tilth.mpm.grid import Grid
 from tilth.surface.outline import outline
 
 GRID = Grid(np.zeros(2), np.full(2, 0.5))

@@ -18,9 +18,9 @@ from tilth.bodies.size import body_size
 from tilth.bodies.thickness import crossings_of
 from tilth.case import load_case
 from tilth.errors import BadInput
+from tilth.grid.background import Grid
 from tilth.model import Body, Box, Cylinder, Mesh, Sphere, Stl, Terrain
 from tilth.model.shapes import DeclaredShape
-from tilth.mpm.grid import Grid
 from tilth.report.amounts import shape_text
 from tilth.surface.outline_3d import outline_3d
 

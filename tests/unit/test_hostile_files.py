@@ -15,9 +15,9 @@ from input_kinds import FILES
 from tilth.bodies.discretise import discretise
 from tilth.bodies.size import body_size
 from tilth.errors import BadInput
+from tilth.grid.background import Grid
 from tilth.model import Body, Outline, Stl, Terrain
 from tilth.model.file_shapes import Mesh
-from tilth.mpm.grid import Grid
 
 MARK = b"\xef\xbb\xbf"
 """What Windows editors put at the start of a text in UTF-8."""

@@ -19,7 +19,7 @@ from tilth import Model
 from tilth.analysis.march import march
 from tilth.analysis.simulation import Simulation
 from tilth.boundaries.implicit.constraint import SurfaceConstraint
-from tilth.boundaries.implicit.ends import FARTHEST_MOTION, INSIDE, find_ends, width_of
+from tilth.boundaries.surfaces.ends import FARTHEST_MOTION, INSIDE, find_ends, width_of
 from tilth.geometry.footing import Footing
 from tilth.geometry.polyline import Polyline
 from tilth.geometry.protocol import Geometry

@@ -27,7 +27,7 @@ from tilth import Model
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.boundaries.implicit.band import BandConstraint
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 
 CONDITIONS = ("roller", "fixed", "tangential", "direction")
 CASES = [

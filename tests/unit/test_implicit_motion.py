@@ -15,10 +15,10 @@ from tilth import BadInput, Model
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.boundaries import ImplicitConstraints, make_implicit
-from tilth.boundaries.implicit.boundary import Implicit, Pose
-from tilth.boundaries.implicit.constraint import rotated
-from tilth.boundaries.implicit.motion import cofactor, make_motion, rotation_matrix, rotation_part
-from tilth.mpm.grid import Buffers, locate
+from tilth.boundaries.surfaces.boundary import Implicit
+from tilth.boundaries.surfaces.motion import cofactor, make_motion, rotation_matrix, rotation_part
+from tilth.boundaries.surfaces.points import Pose, rotated
+from tilth.mpm.active_grid import Buffers, locate
 
 pytestmark = pytest.mark.slow
 

@@ -152,7 +152,7 @@ def test_without_the_tractions_it_would_not_be_the_same(
     run_until(model, tmp_path / "out", 4, monkeypatch)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(
-            "tilth.boundaries.implicit.boundary.Implicit.restore", lambda self, state: None
+            "tilth.boundaries.surfaces.boundary.Implicit.restore", lambda self, state: None
         )
         resume(tmp_path / "out", threads=1, quiet=True)
     assert contents(tmp_path / "out")["history"] != whole["history"]

@@ -13,7 +13,7 @@ from tilth import BadInput, Model, check
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.model import Region
-from tilth.mpm.grid import ActiveGrid, Buffers, locate
+from tilth.mpm.active_grid import ActiveGrid, Buffers, locate
 from tilth.solvers.system import LinearSystem
 from tilth.surface.loads import SurfaceLoads, declared_loads
 from tilth.terms.balance import Balance

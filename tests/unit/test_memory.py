@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from tilth import BadInput, Model
-from tilth.analysis.available_memory import available_memory, parse_size, size_text
 from tilth.analysis.memory import memory_of, require_memory
 from tilth.analysis.simulation import Simulation
+from tilth.available_memory import available_memory, parse_size, size_text
 from tilth.solvers.fill import factor_blocks
 from tilth.solvers.protocol import Matrix
 from tilth.solvers.superlu import SuperLU

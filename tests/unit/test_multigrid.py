@@ -23,7 +23,7 @@ from small_problems import BASES, KINDS, block_entries, dimension, plane, weight
 from tilth import Model, _core
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Flags
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
 from tilth.solvers import (

@@ -16,8 +16,8 @@ from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.boundaries import ImplicitConstraints
 from tilth.boundaries.implicit.constraint import SurfaceConstraint
-from tilth.boundaries.implicit.multipliers import Multipliers
-from tilth.mpm.grid import ActiveGrid
+from tilth.boundaries.surfaces.multipliers import Multipliers
+from tilth.mpm.active_grid import ActiveGrid
 
 every_angle = pytest.mark.parametrize("angle", [0.0, 10.0, 17.0, 30.0, 45.0, 70.0, 90.0])
 

@@ -9,8 +9,8 @@ from scipy.spatial import cKDTree
 
 from tilth.bodies import discretise
 from tilth.errors import BadInput
+from tilth.grid.background import Grid
 from tilth.model import Body, Box, Circle, Cylinder, Mesh, Sphere
-from tilth.mpm.grid import Grid
 from tilth.surface.outline_3d import outline_3d
 
 CENTRE = np.array([1.0, -2.0, 30.0])

@@ -17,8 +17,8 @@ from tilth.bodies.discretise import discretise
 from tilth.bodies.forms import form_of
 from tilth.bodies.request import Request
 from tilth.errors import BadInput
+from tilth.grid.background import Grid
 from tilth.model import Body, Outline, Polygon
-from tilth.mpm.grid import Grid
 
 GRID = Grid(np.zeros(2), np.full(2, 0.5))
 REQUEST = Request("soil", False, GRID)

@@ -13,7 +13,7 @@ from tilth import BadInput, Model
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
-from tilth.mpm.grid import Buffers, locate
+from tilth.mpm.active_grid import Buffers, locate
 
 FORCE = np.array([3.0, -7.0, 2.0])
 PLACES = {

@@ -29,9 +29,9 @@ from tilth.analysis.march import march
 from tilth.analysis.predictor import LARGEST_MOTION, Predictor
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
+from tilth.grid.keys import find_keys
 from tilth.model.load_curve import LoadCurve
-from tilth.mpm.grid import Buffers, locate
-from tilth.mpm.keys import find_keys
+from tilth.mpm.active_grid import Buffers, locate
 from tilth.mpm.soil import Soil
 from tilth.terms.weak_springs import covered_nodes
 from tilth_verification.cases import example, varied

@@ -12,8 +12,9 @@ from processes import run_together
 
 from tilth.arrays import Flags, Floats, Integers
 from tilth.comm import SERIAL, Communicator
+from tilth.grid.background import Grid
+from tilth.mpm.active_grid import ActiveGrid, Buffers, locate
 from tilth.mpm.distribution import Distribution
-from tilth.mpm.grid import ActiveGrid, Buffers, Grid, locate
 from tilth.mpm.points import MaterialPoints, PointRange
 from tilth.solvers import LinearSystem, Multigrid, coarse_correction
 from tilth.solvers.krylov import flexible_gmres

@@ -21,8 +21,8 @@ from tilth.geometry.protocol import Geometry, QuadraturePoints
 from tilth.geometry.quadrature import make_quadrature
 from tilth.geometry.round import Circle
 from tilth.geometry.several import outside_of_others
+from tilth.grid.background import Grid
 from tilth.model import Model
-from tilth.mpm.grid import Grid
 
 RADIUS, TIP, SHAFT = 0.4, 0.5, 0.7
 SLANT = math.hypot(RADIUS, TIP)

@@ -21,7 +21,7 @@ from small_problems import (
 from tilth import BadInput, Model, _core
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step import forcing_term
-from tilth.mpm.grid import Buffers, locate
+from tilth.mpm.active_grid import Buffers, locate
 from tilth.solvers import SOLVERS, LinearSolver, LinearSystem, SolveFailed, choose_solver
 from tilth.solvers.banded import BandedLU
 from tilth.solvers.protocol import Matrix

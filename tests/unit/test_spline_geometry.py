@@ -10,7 +10,7 @@ from tilth.curves.nearest import NearestPoints
 from tilth.geometry.polyline import Polyline
 from tilth.geometry.quadrature import make_quadrature
 from tilth.geometry.spline import SplineGeometry
-from tilth.mpm.grid import Grid
+from tilth.grid.background import Grid
 
 NUMBERS = (32, 64, 128, 256)
 STAR = np.array([[1, 0.1], [0.35, 0.4], [0.1, 1], [-0.3, 0.2], [-1, -0.2], [0.1, -0.25]])

@@ -6,7 +6,7 @@ import pytest
 
 from tilth.curves import Chain, LocalCubicSpline
 from tilth.curves.quadrature import cut_at_grid, gauss_points
-from tilth.mpm.grid import Grid
+from tilth.grid.background import Grid
 
 GRIDS = [
     ([0.0, 0.0], [0.5, 0.5]),  # through the points on the axes

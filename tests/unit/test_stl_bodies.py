@@ -17,8 +17,8 @@ from tilth.bodies.request import Request
 from tilth.bodies.size import body_size
 from tilth.bodies.thickness import crossings_of
 from tilth.errors import BadInput
+from tilth.grid.background import Grid
 from tilth.model import Body, Box, Mesh, Stl
-from tilth.mpm.grid import Grid
 from tilth.surface.outline_3d import outline_3d
 
 SPACE = Grid(np.zeros(3), np.full(3, 0.5))

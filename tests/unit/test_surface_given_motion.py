@@ -15,7 +15,7 @@ from tilth.arrays import Floats
 from tilth.boundaries.affine import Affine
 from tilth.boundaries.protocol import Prescribed
 from tilth.curves import Chain
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.surface.tracked import TrackedSurface
 from tilth_verification.pressure_cantilever import mean_distance
 

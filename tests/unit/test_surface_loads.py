@@ -15,7 +15,7 @@ from tilth.analysis.memory import memory_of
 from tilth.analysis.setup import setup_of
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.tracker import Tracker
-from tilth.mpm.grid import ActiveGrid, Buffers, locate
+from tilth.mpm.active_grid import ActiveGrid, Buffers, locate
 from tilth.report.summary import print_summary
 from tilth.solvers.system import LinearSystem
 from tilth.surface.loads import SurfaceLoads, declared_loads

@@ -15,7 +15,7 @@ from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.curves import LocalCubicSpline
 from tilth.errors import BadInput
-from tilth.mpm.grid import ActiveGrid, Buffers, locate
+from tilth.mpm.active_grid import ActiveGrid, Buffers, locate
 from tilth.surface.loads import SurfaceLoads, declared_loads
 
 PRESSURE = 3.0

@@ -18,8 +18,8 @@ from tilth.bodies.request import BodyPoints, Request
 from tilth.bodies.size import body_size
 from tilth.bodies.thickness import crossings_of
 from tilth.errors import BadInput
+from tilth.grid.background import Grid
 from tilth.model import Body, HeightFile, Model, Outline, Terrain
-from tilth.mpm.grid import Grid
 from tilth.surface.outline import outline
 from tilth.surface.outline_3d import outline_3d
 from tilth.variation.level import elevation

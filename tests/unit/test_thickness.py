@@ -14,8 +14,8 @@ from tilth.bodies.inside import inside_mesh, inside_of
 from tilth.bodies.mesh import read_mesh
 from tilth.bodies.request import Request
 from tilth.bodies.thickness import Crossings, crossings_of, mesh_crossings
+from tilth.grid.background import Grid
 from tilth.model import Box, Circle, Cylinder, Polygon, Sphere
-from tilth.mpm.grid import Grid
 
 L_SHAPE = [[0.0, 0.0], [3.0, 0.0], [3.0, 1.0], [1.0, 1.0], [1.0, 2.0], [0.0, 2.0]]
 NOTCHED = [[0.0, 0.0], [4.0, 0.5], [3.5, 3.0], [1.0, 2.6], [3.0, 2.0], [2.5, 1.0], [0.3, 1.5]]

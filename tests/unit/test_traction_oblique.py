@@ -13,8 +13,8 @@ import pytest
 from implicit_blocks import flat, implicit, model_of, steps_of
 
 from tilth.arrays import Floats
-from tilth.boundaries.implicit.boundary import Implicit
-from tilth.boundaries.implicit.motion import rotation_matrix
+from tilth.boundaries.surfaces.boundary import Implicit
+from tilth.boundaries.surfaces.motion import rotation_matrix
 from tilth_verification.cases import varied
 
 SIDE = 2.0

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reads tilth.mpm.f_bar.Centres and the boxes of tilth.mpm.grid.Stencil.
+// Reads tilth.mpm.f_bar.Centres and the boxes of tilth.mpm.stencil.Stencil.
 #pragma once
 
 #include "../kernel/cell_shares.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reads tilth.mpm.grid.Grid into the lines that the kernels take.
+// Reads tilth.grid.background.Grid into the lines that the kernels take.
 #pragma once
 
 #include "../grid_lines.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reads tilth.mpm.grid.Stencil into the struct of pointers that the kernels take.
+// Reads tilth.mpm.stencil.Stencil into the struct of pointers that the kernels take.
 #pragma once
 
 #include "../kernel/view.hpp"

@@ -14,8 +14,8 @@ from tilth.arrays import Floats
 from tilth.boundaries.contact.between_bodies import motions_of_bodies, require_short_motion
 from tilth.boundaries.contact.checks import require_not_passed
 from tilth.comm import together
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.domains import bound_domains
-from tilth.mpm.grid import ActiveGrid
 from tilth.terms.balance import Balance
 
 if TYPE_CHECKING:

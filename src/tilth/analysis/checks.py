@@ -6,13 +6,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from tilth.analysis.model_warnings import warnings_of
-from tilth.boundaries.axis_consistency import require_no_radial_motion
-from tilth.boundaries.conditions import require_no_rigid_motion
-from tilth.boundaries.consistency import require_consistency, table_times
 from tilth.boundaries.contact.checks import require_outside, require_soil_in_reach
 from tilth.boundaries.contact.thin import require_thin_shapes_held
+from tilth.boundaries.step.axis_consistency import require_no_radial_motion
+from tilth.boundaries.step.conditions import require_no_rigid_motion
+from tilth.boundaries.step.consistency import require_consistency, table_times
 from tilth.errors import BadInput, StepFailed
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.wet_mass import require_wet_densities
 from tilth.surface.make import require_near_soil
 

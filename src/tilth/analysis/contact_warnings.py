@@ -12,6 +12,7 @@ import numpy as np
 from tilth.arrays import Floats
 from tilth.boundaries.contact.make import extents
 from tilth.geometry.make import Geometry, make_shape, make_shapes
+from tilth.grid.background import background_grid
 from tilth.model import (
     Contact,
     FootingGeometry,
@@ -24,7 +25,6 @@ from tilth.model import (
     TerrainGeometry,
 )
 from tilth.model.geometry_base import DeclaredGeometry
-from tilth.mpm.background import background_grid
 from tilth.mpm.points import MaterialPoints
 from tilth.variation.tables import place_text
 

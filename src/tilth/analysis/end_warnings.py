@@ -7,10 +7,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from tilth.boundaries.implicit.boundary import Implicit
-from tilth.boundaries.implicit.constraints import holding
+from tilth.boundaries.step.constraints import holding
+from tilth.boundaries.surfaces.boundary import Implicit
 from tilth.geometry.footing import Footing
-from tilth.mpm.grid import Grid
+from tilth.grid.background import Grid
 from tilth.mpm.points import MaterialPoints
 
 LEAST_CELLS = 5.0

@@ -15,8 +15,8 @@ from tilth.analysis.state import state_of
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.comm import SERIAL, Communicator
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.distribution import Distribution, KeyedRows
-from tilth.mpm.grid import ActiveGrid
 from tilth.output.snapshot import Snapshot
 
 

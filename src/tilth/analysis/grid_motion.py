@@ -9,14 +9,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tilth.grid.background import Grid, background_grid
 from tilth.model import Model
 from tilth.model.fields import AXES
 from tilth.model.grading import first_places
-from tilth.mpm.background import background_grid
-from tilth.mpm.grid import Grid
 
 if TYPE_CHECKING:
-    from tilth.boundaries.implicit.boundary import Implicit
+    from tilth.boundaries.surfaces.boundary import Implicit
 
 
 class GridMotion:

@@ -25,7 +25,7 @@ from tilth.comm import together
 from tilth.errors import AnalysisFailed, BadInput, StepFailed
 from tilth.model import Model
 from tilth.model.initial import GravityStress
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.initial_stress import require_within_yield
 from tilth.mpm.pattern import Elements
 from tilth.mpm.points import MaterialPoints

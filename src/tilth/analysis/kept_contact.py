@@ -16,8 +16,8 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth.arrays import Floats, Integers, require_table
-from tilth.mpm.grid import ActiveGrid
-from tilth.mpm.keys import find_keys
+from tilth.grid.keys import find_keys
+from tilth.mpm.active_grid import ActiveGrid
 
 
 class KeptForce:

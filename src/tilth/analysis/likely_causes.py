@@ -13,11 +13,11 @@ from tilth.analysis.contact_warnings import contact_laws
 from tilth.analysis.model_warnings import NEARLY_INCOMPRESSIBLE, acts, at
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Flags
-from tilth.boundaries.conditions import require_no_rigid_motion
 from tilth.boundaries.implicit.passage import points_behind
+from tilth.boundaries.step.conditions import require_no_rigid_motion
 from tilth.errors import BadInput, StepFailed
+from tilth.grid.background import LEFT_LIMITS
 from tilth.mpm.domains import LARGEST_HALF_LENGTH
-from tilth.mpm.grid import LEFT_LIMITS
 from tilth.mpm.shear_strength import shear_strength
 from tilth.mpm.torn_off import TORN_OFF, torn_off
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from tilth.arrays import Flags, Floats, Integers
 from tilth.comm import Communicator
-from tilth.mpm.grid import Grid
+from tilth.grid.background import Grid
 from tilth.mpm.points import MaterialPoints
 
 WIDTH = 3

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from typing import Any
@@ -13,27 +13,20 @@ from typing import Any
 import numpy as np
 
 from tilth import _core
-from tilth.analysis.available_memory import (
-    PROGRAM,
-    AvailableMemory,
-    available_memory,
-    parse_size,
-    size_text,
-)
 from tilth.arrays import Floats
+from tilth.available_memory import PROGRAM, AvailableMemory, available_memory, parse_size, size_text
 from tilth.bodies.size import BodySize, body_size
 from tilth.errors import BadInput
+from tilth.grid.background import Grid, background_grid
+from tilth.memory_estimate import UNDEFORMED, MemoryEstimate
 from tilth.model import Body, Model
 from tilth.model.variation import variations
-from tilth.mpm.background import background_grid
-from tilth.mpm.grid import ActiveGrid, Grid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
 from tilth.output.checkpoint_thread import LARGEST_COPY
 from tilth.solvers import MULTIGRID_FROM_UNKNOWNS, SOLVERS, THREADED_FROM_POINTS
 from tilth.solvers.fill import factor_blocks
 from tilth.solvers.linear import LARGEST_HALF_BANDWIDTH
-
-UNDEFORMED = "the undeformed points of the stages"
 
 REPORT = 70e6
 """Libraries of the report's pictures [byte]; measured."""
@@ -60,47 +53,6 @@ multigrid for each entry of the matrix; not measured."""
 
 MULTIGRID_PER_ENTRY = 8.5
 """Bytes of all levels for each entry of the matrix; measured."""
-
-
-@dataclass(frozen=True)
-class MemoryEstimate:
-    """Size of a run and the memory that it needs.
-
-    Attributes:
-        points: number of material points.
-        cells: number of active grid cells.
-        nodes: number of active nodes.
-        unknowns: number of nodal unknowns, constrained ones included.
-        solver: name of the linear solver.
-        parts: peak memory [byte] by what needs it.
-    """
-
-    points: float
-    cells: float
-    nodes: float
-    unknowns: float
-    solver: str
-    parts: dict[str, float]
-
-    @property
-    def total(self) -> float:
-        """Peak memory [byte]."""
-        return sum(self.parts.values())
-
-    @property
-    def of_set_up(self) -> float:
-        """Memory before the first step [byte]: program and material points."""
-        of_points = self.parts["the material points"] + self.parts.get(UNDEFORMED, 0.0)
-        return self.parts["the program"] + of_points
-
-    @property
-    def size(self) -> str:
-        """Numbers of points and unknowns."""
-        return f"{_number(self.points)} points, {_number(self.unknowns)} unknowns"
-
-    def __str__(self) -> str:
-        largest = max(self.parts, key=lambda name: self.parts[name])
-        return f"about {size_text(self.total)}, of which {largest} {size_text(self.parts[largest])}"
 
 
 def memory_of(
@@ -305,10 +257,6 @@ def _of_solver(model: Model, solver: str, sides: Floats, blocks: float, distance
     whole = np.maximum(np.rint(sides), 1).astype(int).tolist()
     factors = 2 * factor_blocks(whole, distance) * dim**2
     return BYTES_PER_ENTRY * entries + BYTES_PER_FACTOR[solver] * factors
-
-
-def _number(count: float) -> str:
-    return f"{count:,.0f}" if count < 1e6 else f"{count:.3g}"
 
 
 def _rounded_up(size: float) -> str:

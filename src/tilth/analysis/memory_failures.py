@@ -8,10 +8,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from tilth.analysis.available_memory import limits_of_process
-from tilth.analysis.memory import MemoryEstimate
+from tilth.available_memory import limits_of_process
 from tilth.errors import AnalysisFailed, TilthError
 from tilth.memory_errors import REMEDY, is_memory_error, memory_sentence
+from tilth.memory_estimate import MemoryEstimate
 from tilth.output.folder import CHECKPOINT
 
 BLAS_BUFFERS = 100 * 2**20

@@ -21,6 +21,7 @@ from tilth.analysis.unit_warnings import unit_warnings
 from tilth.arrays import Floats
 from tilth.boundaries.contact.thin import thin_warnings
 from tilth.boundaries.implicit.passage import border_warning, points_behind, surface_behind
+from tilth.grid.background import Grid
 from tilth.model import (
     AffineBoundary,
     BodyForce,
@@ -35,7 +36,6 @@ from tilth.model.boundaries import Boundary
 from tilth.model.geometry_base import DeclaredGeometry
 from tilth.model.loads import Load
 from tilth.model.rigid_bodies import RigidBody
-from tilth.mpm.grid import Grid
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.shear_strength import shear_strength
 from tilth.terms.loads import nearest_points

@@ -17,7 +17,7 @@ import numpy as np
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
-from tilth.boundaries.implicit.boundary import Implicit
+from tilth.boundaries.surfaces.boundary import Implicit
 from tilth.geometry.protocol import RoundGeometry
 from tilth.model import (
     AffineBoundary,

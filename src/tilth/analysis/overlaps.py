@@ -10,8 +10,8 @@ import numpy as np
 from tilth.arrays import Integers
 from tilth.bodies.corners import corner_signs
 from tilth.bodies.discretise import inside_body
+from tilth.grid.background import background_grid
 from tilth.model import Model
-from tilth.mpm.background import background_grid
 from tilth.mpm.points import MaterialPoints
 
 INNER_SHARE = 0.5

@@ -12,11 +12,11 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.arrays import Flags, Floats, Integers, require_table
+from tilth.grid.keys import find_keys, lattice_keys, places_of_keys
 from tilth.model import Model
 from tilth.model.load_curve import LoadCurve
 from tilth.model.staging import moves
-from tilth.mpm.grid import ActiveGrid
-from tilth.mpm.keys import find_keys, lattice_keys, places_of_keys
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.soil import Soil
 from tilth.terms.weak_springs import covered_nodes
 

@@ -31,7 +31,7 @@ from tilth.comm import count, together
 from tilth.errors import AnalysisFailed, StepFailed, TilthError
 from tilth.memory_errors import is_memory_error, memory_sentence
 from tilth.model import Model
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
 from tilth.output import (

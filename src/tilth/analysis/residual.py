@@ -12,7 +12,7 @@ import numpy as np
 from tilth.arrays import Flags, Floats
 from tilth.comm import norm, together
 from tilth.model import Analysis
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.terms.balance import Balance, Forces
 from tilth.terms.protocol import Changes
 

@@ -9,8 +9,8 @@ from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.geometry.make import make_shapes
 from tilth.geometry.rigid import RigidShape
+from tilth.grid.background import background_grid
 from tilth.model import Model
-from tilth.mpm.background import background_grid
 from tilth.mpm.points import MaterialPoints
 
 

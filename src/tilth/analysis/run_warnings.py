@@ -11,18 +11,18 @@ import numpy as np
 
 from tilth.arrays import Floats
 from tilth.boundaries import Boundary, Conditions, ImplicitConstraints
-from tilth.boundaries.implicit.boundary import Implicit
 from tilth.boundaries.implicit.passage import (
     PASSAGE_TOLERANCE,
     border_warning,
     depth_behind,
     surface_behind,
 )
+from tilth.boundaries.surfaces.boundary import Implicit
 from tilth.comm import Communicator
+from tilth.grid.background import Grid
+from tilth.grid.keys import lattice_keys
 from tilth.model import Model, NodeBoundary, PlaneBoundary
 from tilth.model.fields import AXES
-from tilth.mpm.grid import Grid
-from tilth.mpm.keys import lattice_keys
 from tilth.mpm.points import MaterialPoints
 from tilth.surface.protocol import BodySurface
 from tilth.variation.tables import place_text

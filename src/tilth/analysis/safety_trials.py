@@ -20,8 +20,8 @@ from tilth.analysis.step import Equilibrium, solve_step
 from tilth.arrays import Floats
 from tilth.comm import together
 from tilth.errors import BadInput, StepFailed
+from tilth.grid.background import largest_face
 from tilth.model import StrengthReduction
-from tilth.mpm.background import largest_face
 from tilth.mpm.frozen_points import FROZEN_STRAIN, FrozenPoints, mean_elastic_strain, thickness
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.soil import PastFlow

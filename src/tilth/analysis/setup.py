@@ -18,7 +18,7 @@ from tilth.arrays import Flags, Floats, Integers
 from tilth.boundaries import Boundary
 from tilth.boundaries.base_motion import BaseMotion
 from tilth.boundaries.contact.surface import ContactSurface
-from tilth.boundaries.implicit.boundary import Implicit
+from tilth.boundaries.surfaces.boundary import Implicit
 from tilth.model import (
     AffineBoundary,
     BodyForce,
@@ -29,7 +29,7 @@ from tilth.model import (
     SeismicLoad,
 )
 from tilth.model.fields import AXES
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
 from tilth.output.folder import SETUP, load_model
 from tilth.output.snapshot import Snapshot

@@ -41,22 +41,22 @@ from tilth.boundaries import (
     make_boundaries,
     make_implicit,
 )
-from tilth.boundaries.axis import Axis
 from tilth.boundaries.contact.gather import TouchingSoil
 from tilth.boundaries.contact.state import RigidBodyState
 from tilth.boundaries.contact.surface import ContactSurface
 from tilth.boundaries.contact.terms import contact_terms
-from tilth.boundaries.implicit.constraints import FoundSoil
 from tilth.boundaries.implicit.passage import PassageCheck
+from tilth.boundaries.step.axis import Axis
+from tilth.boundaries.step.constraints import FoundSoil
 from tilth.comm import SERIAL, Communicator, together
 from tilth.errors import StepFailed
+from tilth.grid.background import largest_face
 from tilth.model import Model
 from tilth.model.load_curve import LoadCurve
 from tilth.mpi import return_memory
-from tilth.mpm.background import largest_face
+from tilth.mpm.active_grid import ActiveGrid, Buffers, locate
 from tilth.mpm.distribution import Distribution, KeyedRows
 from tilth.mpm.domains import bound_domains
-from tilth.mpm.grid import ActiveGrid, Buffers, locate
 from tilth.mpm.initial_points import initial_points, present_points
 from tilth.mpm.interval import INSTANT, Interval
 from tilth.mpm.points import MaterialPoints

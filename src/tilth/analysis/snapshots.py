@@ -15,7 +15,7 @@ from tilth.analysis.staged import PointFields
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats, Integers
 from tilth.model import Model
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.wet_mass import effective_stress, pore_pressure, total_stress
 from tilth.output import Snapshot

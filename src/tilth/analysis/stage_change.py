@@ -17,13 +17,13 @@ from tilth.arrays import Flags, Floats
 from tilth.bodies.forms import form_of
 from tilth.bodies.inside import inside_of
 from tilth.bodies.request import Request
-from tilth.boundaries.implicit.boundary import Implicit
+from tilth.boundaries.surfaces.boundary import Implicit
 from tilth.errors import BadInput, StepFailed
+from tilth.grid.background import background_grid
 from tilth.model import Model
 from tilth.model.laws import EXCESS_PORE_PRESSURE
 from tilth.model.stages import Stage
 from tilth.model.staging import copied
-from tilth.mpm.background import background_grid
 from tilth.mpm.initial_points import initial_points, present_points
 from tilth.mpm.points import MaterialPoints, PointRange
 from tilth.mpm.wet_mass import total_mass

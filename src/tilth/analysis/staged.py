@@ -25,8 +25,8 @@ from tilth.arrays import Floats
 from tilth.comm import Communicator
 from tilth.errors import BadInput, StepFailed
 from tilth.model import Model
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.frozen_points import require_reducible
-from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
 

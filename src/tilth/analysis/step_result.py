@@ -13,10 +13,10 @@ from tilth.analysis.kept_contact import KeptContact, KeptForce
 from tilth.analysis.step import Equilibrium
 from tilth.arrays import Floats
 from tilth.boundaries import Conditions, ImplicitConstraints
-from tilth.boundaries.axis import AxisConstraints
-from tilth.boundaries.implicit.near_soil import NearSoil
+from tilth.boundaries.step.axis import AxisConstraints
+from tilth.boundaries.surfaces.near_soil import NearSoil
 from tilth.comm import total
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.terms.balance import Balance
 from tilth.terms.outcome import ContactState, Outcome
 from tilth.terms.protocol import Role

@@ -13,12 +13,12 @@ from tilth.arrays import Flags, Floats
 from tilth.boundaries import Boundary, ImplicitConstraints
 from tilth.boundaries.absorbing import Absorbing, make_absorbing
 from tilth.boundaries.base_motion import BaseMotion
-from tilth.boundaries.implicit.boundary import Implicit
 from tilth.boundaries.implicit.constraint import ImplicitConstraint
-from tilth.boundaries.implicit.near_soil import NearSoil, find_near_soil
+from tilth.boundaries.surfaces.boundary import Implicit
+from tilth.boundaries.surfaces.near_soil import NearSoil, find_near_soil
 from tilth.comm import together
 from tilth.model import Model
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.soil import Soil
 from tilth.terms.balance import Balance

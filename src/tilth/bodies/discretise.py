@@ -25,7 +25,7 @@ from tilth.model import Body, Box, Circle, Cylinder, Polygon, Sphere
 from tilth.model.shapes import SHAPES, DeclaredShape
 
 if TYPE_CHECKING:
-    from tilth.mpm.grid import Grid
+    from tilth.grid.background import Grid
 
 FORMS: dict[type, Callable[[Any, Request], BodyPoints]] = {
     Box: box_points,

@@ -16,7 +16,7 @@ from tilth.bodies.corners import corner_signs, mean_half_edges
 from tilth.errors import NOT_GIVEN, BadInput
 
 if TYPE_CHECKING:
-    from tilth.mpm.grid import Grid
+    from tilth.grid.background import Grid
 
 MAXIMUM_POINTS = 1_000_000_000
 MAXIMUM_PER_CELL = 200  # points per cell and direction; `tilth check` takes 10 s at most

@@ -20,7 +20,7 @@ from tilth.bodies.tiling import spacing_of
 from tilth.model import Body, Box, Circle
 
 if TYPE_CHECKING:
-    from tilth.mpm.grid import Grid
+    from tilth.grid.background import Grid
 
 SAMPLES = 48
 """Places along each axis of a graded grid at which a shape is sampled."""

@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING
 from tilth.arrays import Floats
 from tilth.boundaries.affine import Affine
 from tilth.boundaries.base_motion import BaseMotion, StepOf
-from tilth.boundaries.conditions import Conditions
-from tilth.boundaries.implicit.constraints import ImplicitConstraints
 from tilth.boundaries.nodal import Nodal
 from tilth.boundaries.protocol import Boundary, Prescribed
+from tilth.boundaries.step.conditions import Conditions
+from tilth.boundaries.step.constraints import ImplicitConstraints
 from tilth.model import AffineBoundary, ImplicitBoundary, Model, PlaneBoundary
 from tilth.variation.record import read_record
 
 if TYPE_CHECKING:
     from tilth.boundaries.contact.body_surface import BodyContactSurface
     from tilth.boundaries.contact.rigid_body import RigidBody
-    from tilth.boundaries.implicit.boundary import Implicit
+    from tilth.boundaries.surfaces.boundary import Implicit
     from tilth.surface.protocol import BodySurface
 
 __all__ = [
@@ -69,7 +69,7 @@ def make_implicit(model: Model) -> list[Implicit]:
     ]
     if not declared:
         return []
-    from tilth.boundaries.implicit.make import make  # loads all geometries
+    from tilth.boundaries.step.make import make  # loads all geometries
 
     return [make(entry, model) for entry in declared]
 

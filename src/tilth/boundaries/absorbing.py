@@ -15,16 +15,16 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth.arrays import Flags, Floats
-from tilth.boundaries.implicit.boundary import Implicit
 from tilth.boundaries.implicit.constraint import ImplicitConstraint
-from tilth.boundaries.implicit.make import make
+from tilth.boundaries.step.make import make
+from tilth.boundaries.surfaces.boundary import Implicit
 from tilth.errors import BadInput
 from tilth.geometry.protocol import QuadraturePoints
 from tilth.model import Ground, ImplicitBoundary, Model, PlaneBoundary, PlaneGeometry
 from tilth.model.boundaries import Ranges
 from tilth.model.fields import AXES
 from tilth.model.load_curve import LoadCurve
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.soil import Soil
 from tilth.terms.dashpots import Dashpots
 from tilth.terms.inertia import Inertia

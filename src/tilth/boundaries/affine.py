@@ -14,10 +14,10 @@ import numpy as np
 
 from tilth.arrays import Flags, Floats
 from tilth.boundaries.protocol import Prescribed
+from tilth.grid.keys import lattice_keys
 from tilth.model import AffineBoundary
 from tilth.model.load_curve import LoadCurve
-from tilth.mpm.grid import ActiveGrid
-from tilth.mpm.keys import lattice_keys
+from tilth.mpm.active_grid import ActiveGrid
 
 
 def outer_nodes(active: ActiveGrid) -> Flags:

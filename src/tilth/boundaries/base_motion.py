@@ -19,7 +19,7 @@ from tilth.arrays import Floats
 from tilth.boundaries.nodal import Nodal
 from tilth.boundaries.protocol import Prescribed
 from tilth.model import Model, PlaneBoundary
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.terms.inertia import TimeStep
 from tilth.terms.motion import Motion
 from tilth.variation.record import Record

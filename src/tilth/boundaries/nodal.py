@@ -14,11 +14,11 @@ import numpy as np
 
 from tilth.arrays import Flags
 from tilth.boundaries.protocol import Prescribed
+from tilth.grid.keys import lattice_keys
 from tilth.model import NodeBoundary, PlaneBoundary
 from tilth.model.fields import AXES
 from tilth.model.load_curve import LoadCurve
-from tilth.mpm.grid import ActiveGrid
-from tilth.mpm.keys import lattice_keys
+from tilth.mpm.active_grid import ActiveGrid
 
 POSITION_TOLERANCE = 1e-6
 """Distance, in cells, up to which a node lies at a position or in a range."""

@@ -41,11 +41,11 @@ def check(case: Path, picture: Path | None) -> None:
     from tilth.report.summary import print_summary
 
     model = load_case(case)
-    from tilth.analysis.available_memory import available_memory
     from tilth.analysis.memory import memory_of, require_memory_to_check
     from tilth.analysis.run import set_threads
     from tilth.analysis.run_time import time_text
     from tilth.analysis.setup import setup_figures
+    from tilth.available_memory import available_memory
     from tilth.output.disk import asked_to_write
     from tilth.output.files import written_whole
     from tilth.report.texts import save

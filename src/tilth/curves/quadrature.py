@@ -13,7 +13,7 @@ from tilth.arrays import Floats, Integers
 from tilth.curves.spline import LocalCubicSpline, left
 
 if TYPE_CHECKING:
-    from tilth.mpm.grid import Grid
+    from tilth.grid.background import Grid
 
 # A point nearer to a grid line than this [cell sizes] is on it. So round-off does not cut a segment
 # along a line, nor one that is tangent to it.

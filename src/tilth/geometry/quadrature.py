@@ -11,7 +11,7 @@ from tilth import _core
 from tilth.arrays import Floats, Integers
 from tilth.geometry.flat import split_segments
 from tilth.geometry.protocol import Geometry, QuadraturePoints
-from tilth.mpm.grid import Grid
+from tilth.grid.background import Grid
 
 SEGMENT_RULE = (
     0.5 * (1.0 + np.array([-math.sqrt(0.6), 0.0, math.sqrt(0.6)])),

@@ -9,9 +9,9 @@ import numpy as np
 
 from tilth.arrays import Floats, Integers
 from tilth.errors import BadInput
+from tilth.grid.background import Grid
 from tilth.model import Model
 from tilth.model.contact_pairs import unpaired_bodies
-from tilth.mpm.grid import Grid
 from tilth.mpm.points import MaterialPoints
 from tilth.variation.tables import place_text
 

@@ -19,11 +19,12 @@ import numpy.typing as npt
 from tilth.arrays import Flags, Floats, Integers
 from tilth.comm import SERIAL, Communicator, total
 from tilth.errors import BadInput
-from tilth.mpm.decomposition import Boxes, TooManyProcesses, bisected
-from tilth.mpm.grid import ActiveGrid, Grid
-from tilth.mpm.keys import places_of_keys
+from tilth.grid.background import Grid
+from tilth.grid.decomposition import Boxes, TooManyProcesses, bisected
+from tilth.grid.keys import places_of_keys
+from tilth.grid.shared_nodes import SharedNodes
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints, PointRange
-from tilth.mpm.shared_nodes import SharedNodes
 
 LAYERS = 3
 """Layers of cells around a process' own whose points it copies, besides those that domains reach.

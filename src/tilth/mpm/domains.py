@@ -12,7 +12,8 @@ from tilth import _core
 from tilth.arrays import Floats, Integers
 from tilth.bodies.corners import mean_half_edges
 from tilth.errors import StepFailed
-from tilth.mpm.grid import ActiveGrid, Grid
+from tilth.grid.background import Grid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
 
 LEAST_HALF_LENGTH = 1e-3

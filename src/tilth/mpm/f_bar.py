@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.arrays import Floats, Integers, make_read_only
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.stencil import Stencil
 

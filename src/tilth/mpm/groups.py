@@ -17,11 +17,11 @@ import numpy.typing as npt
 from tilth import _core
 from tilth.arrays import Integers
 from tilth.errors import StepFailed
-from tilth.mpm.keys import overlay_shift
+from tilth.grid.keys import overlay_shift
 from tilth.mpm.points import MaterialPoints, PointRange
 
 if TYPE_CHECKING:
-    from tilth.mpm.grid import Grid
+    from tilth.grid.background import Grid
 
 
 _OUT_OF_RANGE, _TOO_WIDE = -1, -2  # SupportFailure of kernel/corners.hpp

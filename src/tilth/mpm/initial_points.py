@@ -9,14 +9,13 @@ import numpy as np
 
 from tilth.arrays import Flags, Floats
 from tilth.bodies import BodyPoints, discretise
+from tilth.grid.background import Grid, background_grid
 from tilth.model import Model
 from tilth.model.isotropic import ParametersAt
 from tilth.model.parameter_kinds import Values
 from tilth.model.problems import dotted
 from tilth.mpm.apart import require_apart
-from tilth.mpm.background import background_grid
 from tilth.mpm.domains import keep_off_axis
-from tilth.mpm.grid import Grid
 from tilth.mpm.initial_motion import initial_motion
 from tilth.mpm.initial_stress import Start, declared_start, start_with_stress
 from tilth.mpm.layers import by_layer

@@ -11,7 +11,7 @@ from tilth import _core
 from tilth.arrays import Flags, Floats, Shorts
 from tilth.comm import total
 from tilth.errors import StepFailed
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.pattern import Elements
 from tilth.mpm.soil import Soil
 

@@ -13,9 +13,9 @@ from tilth.bodies.forms import form_of
 from tilth.bodies.request import Request
 from tilth.bodies.thickness import Crossings, crossings_of
 from tilth.errors import BadInput
+from tilth.grid.background import background_grid
 from tilth.model import Body, BodyForce, Model
 from tilth.model.initial import AtRest
-from tilth.mpm.background import background_grid
 from tilth.mpm.water import PhreaticSurface
 from tilth.variation.level import elevation
 from tilth.variation.tables import place_text

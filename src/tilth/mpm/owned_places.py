@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from tilth.arrays import Floats, Integers
 from tilth.comm import Communicator
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 
 
 class OwnedPlaces:

@@ -10,7 +10,7 @@ import numpy as np
 
 from tilth import _core
 from tilth.arrays import Integers, Shorts, make_read_only
-from tilth.mpm.keys import places_of_keys
+from tilth.grid.keys import places_of_keys
 
 
 @dataclass(frozen=True)

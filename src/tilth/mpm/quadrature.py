@@ -11,8 +11,8 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.arrays import Flags, Floats, Integers
-from tilth.mpm.grid import ActiveGrid
-from tilth.mpm.keys import find_keys, lattice_keys, overlay_shift, places_of_keys
+from tilth.grid.keys import find_keys, lattice_keys, overlay_shift, places_of_keys
+from tilth.mpm.active_grid import ActiveGrid
 
 
 @dataclass(frozen=True)

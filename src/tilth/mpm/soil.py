@@ -15,9 +15,9 @@ from tilth import _core
 from tilth.arrays import Flags, Floats
 from tilth.errors import StepFailed
 from tilth.model.laws import laws
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.domains import MovedDomains, move_domain_faces, moved_domains, update_domains
 from tilth.mpm.f_bar import Centres
-from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.interval import INSTANT, Interval
 from tilth.mpm.plastic_volumes import PlasticVolumes, with_volume_change
 from tilth.mpm.points import ElasticModuli, MaterialPoints

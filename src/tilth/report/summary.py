@@ -6,13 +6,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from tilth.available_memory import AvailableMemory
+from tilth.memory_estimate import MemoryEstimate
 from tilth.model import (
     AffineBoundary,
     Body,
@@ -40,10 +42,6 @@ from tilth.report.contact_texts import body_text, laws_text, pair_text
 from tilth.report.initial import equilibrium_before, initial_stress
 from tilth.report.setup import Setup
 from tilth.report.stage_texts import stage_rows
-
-if TYPE_CHECKING:
-    from tilth.analysis.available_memory import AvailableMemory
-    from tilth.analysis.memory import MemoryEstimate
 
 
 def print_summary(

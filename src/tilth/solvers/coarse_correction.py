@@ -10,8 +10,8 @@ import numpy as np
 from tilth import _core
 from tilth.arrays import Flags, Floats, Integers, Shorts
 from tilth.comm import Communicator
-from tilth.mpm.grid import ActiveGrid
-from tilth.mpm.keys import lattice_keys
+from tilth.grid.keys import lattice_keys
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.solvers.hierarchies import PatternOfOverlay, lattice_by_size, patterns_of_overlays
 
 LARGEST_COARSE_NODES = 20_000

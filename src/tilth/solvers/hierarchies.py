@@ -20,7 +20,7 @@ import numpy as np
 
 from tilth import _core
 from tilth.arrays import Flags, Floats, Integers, Shorts
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 
 
 class Hierarchy(Protocol):

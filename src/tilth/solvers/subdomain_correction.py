@@ -8,7 +8,7 @@ import numpy as np
 from tilth import _core
 from tilth.arrays import Flags, Floats
 from tilth.memory_errors import is_memory_error
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.solvers.protocol import SolveFailed
 
 

@@ -10,8 +10,8 @@ import numpy as np
 from tilth import _core
 from tilth.arrays import Flags, Floats, Integers, Shorts
 from tilth.comm import inner
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.bordered_matrix import Border
-from tilth.mpm.grid import ActiveGrid
 from tilth.solvers.protocol import Matrix
 
 

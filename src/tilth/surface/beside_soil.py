@@ -8,7 +8,7 @@ import numpy as np
 from tilth.arrays import Flags, Floats
 from tilth.comm import from_owners, together
 from tilth.errors import StepFailed
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.quadrature import locate_in_cells, near_process, near_soil
 
 

@@ -19,7 +19,7 @@ from tilth.comm import together
 from tilth.errors import StepFailed
 from tilth.model import Model, SurfaceLoad
 from tilth.model.load_curve import LoadCurve
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.pattern import Elements, same_starts
 from tilth.mpm.quadrature import PointsInCells, locate_in_cells, near_process, near_soil
 from tilth.surface.protocol import BodySurface

@@ -8,7 +8,7 @@ import numpy as np
 from tilth.curves.chain import BadSurface
 from tilth.errors import BadInput
 from tilth.model import Model
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.quadrature import near_soil
 from tilth.surface.protocol import BodySurface

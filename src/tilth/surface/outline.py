@@ -15,9 +15,9 @@ from tilth.bodies.forms import form_of
 from tilth.bodies.mesh import Elements
 from tilth.bodies.request import Request
 from tilth.curves.chain import Chain, sharp_corners
+from tilth.grid.background import Grid
 from tilth.model import Body, Box, Circle, Polygon
 from tilth.model.shapes import DeclaredShape
-from tilth.mpm.grid import Grid
 
 # Points with a radius below this [cell sizes] are on the axis of symmetry.
 AXIS_TOLERANCE = 1e-9

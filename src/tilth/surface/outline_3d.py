@@ -20,9 +20,9 @@ from tilth.bodies.mesh import Elements
 from tilth.bodies.polyhedron import Polyhedron
 from tilth.bodies.request import Request
 from tilth.bodies.terrain import HeightField
+from tilth.grid.background import Grid
 from tilth.model import Body, Box, Cylinder, Sphere
 from tilth.model.shapes import side_signs
-from tilth.mpm.grid import Grid
 from tilth.surface.panels import (
     Panel,
     arc,

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy.typing as npt
 
 from tilth.arrays import Floats
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
 from tilth.output.snapshot import SurfaceShape
 from tilth.surface.quadrature import SurfaceQuadrature

@@ -19,7 +19,7 @@ from tilth.curves.quadrature import cut_at_grid, gauss_points
 from tilth.curves.spline import LocalCubicSpline
 from tilth.errors import BadInput, StepFailed
 from tilth.model import Body, Model, SurfaceLoad
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.quadrature import near_process
 from tilth.output.snapshot import SurfaceShape

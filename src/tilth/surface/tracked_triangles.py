@@ -15,7 +15,7 @@ from tilth.curves.chain import BadSurface
 from tilth.errors import BadInput, StepFailed
 from tilth.model import Model, SurfaceLoad
 from tilth.model.problems import unknown_name
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
 from tilth.output.snapshot import SurfaceShape
 from tilth.surface.beside_soil import lost_points, moved_with_grid, points_near_soil

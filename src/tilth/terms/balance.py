@@ -11,8 +11,8 @@ import numpy as np
 
 from tilth.arrays import Flags, Floats
 from tilth.comm import count, norm
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.bordered_matrix import Border
-from tilth.mpm.grid import ActiveGrid
 from tilth.terms.motion import NodalMotion
 from tilth.terms.outcome import Outcome
 from tilth.terms.protocol import AssembledTerm, Changes, GlobalUnknowns, Role, Term, union

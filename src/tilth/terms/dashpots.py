@@ -16,7 +16,7 @@ import numpy as np
 
 from tilth import _core
 from tilth.arrays import Floats
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.pattern import Elements, same_starts
 from tilth.mpm.quadrature import PointsInCells
 from tilth.terms.inertia import AssembledInertia, Inertia

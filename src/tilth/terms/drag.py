@@ -16,7 +16,7 @@ import numpy as np
 
 from tilth import _core
 from tilth.arrays import Floats
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.pattern import Elements
 from tilth.mpm.soil import Soil
 from tilth.terms.protocol import AssembledTerm, Term

@@ -27,8 +27,8 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.arrays import Floats, Integers, require_table
-from tilth.mpm.grid import ActiveGrid
-from tilth.mpm.keys import find_keys
+from tilth.grid.keys import find_keys
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.pattern import Elements, same_starts
 from tilth.terms.ghost import DECAY_MOTION, Faces
 from tilth.terms.protocol import AssembledTerm, NodeLists, Role, Term

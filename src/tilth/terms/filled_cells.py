@@ -7,8 +7,8 @@ import numpy as np
 
 from tilth import _core
 from tilth.arrays import Floats, Integers
-from tilth.mpm.grid import ActiveGrid
-from tilth.mpm.keys import places_of_keys
+from tilth.grid.keys import places_of_keys
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.soil import Soil
 
 LEAST_ELASTIC_SHARE = 1e-3

@@ -38,8 +38,9 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.arrays import Flags, Floats, Integers, Shorts, require_table
-from tilth.mpm.grid import ActiveGrid, Grid, cell_corners
-from tilth.mpm.keys import find_keys, lattice_keys
+from tilth.grid.background import Grid, cell_corners
+from tilth.grid.keys import find_keys, lattice_keys
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.pattern import Elements
 from tilth.mpm.soil import Soil
 from tilth.terms.filled_cells import cell_places, centre_radii, filled_cells

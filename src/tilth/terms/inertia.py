@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tilth.arrays import Flags, Floats
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.mass import ConsistentMass
 from tilth.mpm.pattern import Elements, same_starts
 from tilth.mpm.soil import Soil

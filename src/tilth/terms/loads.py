@@ -11,9 +11,9 @@ import numpy.typing as npt
 
 from tilth.arrays import Flags, Floats, Integers
 from tilth.errors import BadInput
+from tilth.grid.background import background_grid
 from tilth.model import BodyForce, LineForce, Model, PointForce, SeismicLoad
 from tilth.model.load_curve import LoadCurve
-from tilth.mpm.background import background_grid
 from tilth.mpm.points import MaterialPoints
 from tilth.terms.point_shares import NoShares, shares_at
 from tilth.variation.tables import place_text

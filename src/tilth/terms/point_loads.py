@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tilth.arrays import Floats
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.pattern import Elements
 from tilth.mpm.soil import Soil
 from tilth.terms.loads import Loads

@@ -22,7 +22,7 @@ import numpy.typing as npt
 from tilth.arrays import Floats, Integers, require_table
 from tilth.comm import from_owners
 from tilth.model.load_curve import LoadCurve
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.pattern import Elements
 from tilth.mpm.quadrature import locate_in_cells, near_process, near_soil
 from tilth.terms.protocol import AssembledTerm, Role, Term

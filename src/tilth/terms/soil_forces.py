@@ -6,8 +6,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tilth.arrays import Flags, Floats
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.domains import MovedDomains
-from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.pattern import Elements
 from tilth.mpm.soil import Soil
 from tilth.terms.protocol import AssembledTerm, Changes, Role, Term

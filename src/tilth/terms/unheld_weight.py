@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 
 from tilth.arrays import Flags, Floats
+from tilth.grid.background import Grid
 from tilth.model import Model
-from tilth.mpm.grid import Grid
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.shear_strength import shear_strength
 from tilth.mpm.soil import Soil

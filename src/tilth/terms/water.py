@@ -15,7 +15,7 @@ import numpy as np
 
 from tilth.arrays import Floats
 from tilth.errors import StepFailed
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.pattern import Elements
 from tilth.mpm.soil import Soil
 from tilth.mpm.water import PhreaticSurface, Planes, half_extents, wet_share

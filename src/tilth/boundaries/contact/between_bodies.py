@@ -22,7 +22,6 @@ from tilth import _core
 from tilth.arrays import Flags, Floats, Integers
 from tilth.boundaries.contact.body_surface import BodyContactSurface, frames_of, tributary_parts
 from tilth.boundaries.contact.constraint import ContactConstraint
-from tilth.boundaries.contact.gap import measure_gap, nearest_points
 from tilth.boundaries.contact.gather import (
     REACH,
     CellsNearSoil,
@@ -31,18 +30,14 @@ from tilth.boundaries.contact.gather import (
     trace_of_soil,
 )
 from tilth.boundaries.contact.law import ContactLaw
-from tilth.boundaries.contact.measure import (
-    EVEN,
-    SurfaceParts,
-    measure,
-    part_samples,
-)
 from tilth.boundaries.contact.surface import BEHIND, Touch
-from tilth.boundaries.contact.trace import Trace, trace_in_cells, trace_of_domains
-from tilth.boundaries.implicit.boundary import Pose
+from tilth.boundaries.surfaces.gap import measure_gap, nearest_points
+from tilth.boundaries.surfaces.measure import EVEN, SurfaceParts, measure, part_samples
+from tilth.boundaries.surfaces.points import Pose
+from tilth.boundaries.surfaces.trace import Trace, trace_in_cells, trace_of_domains
 from tilth.comm import Communicator
 from tilth.errors import StepFailed
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.owned_places import OwnedPlaces
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.quadrature import (

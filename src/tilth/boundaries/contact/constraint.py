@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """One surface in contact in one step: mean gaps and slips of its multipliers, and its tractions.
 
-The patches are those of the implicit boundary method (`boundaries/implicit/multipliers.py`),
+The patches are those of the implicit boundary method (`boundaries/surfaces/multipliers.py`),
 selected for the normal direction; the shear tractions have the same patches. With the quadrature
 weights a_q of the active points, f_q the normal and the tangents, d the displacement of the
 surface and g_q the gap at the start of the step,
@@ -29,10 +29,10 @@ from tilth.boundaries.contact.law import (
     first_slip,
     respond,
 )
-from tilth.boundaries.contact.patches import is_sliver, surrounded, without_small
 from tilth.boundaries.contact.surface import CarriedContact, Touch
-from tilth.boundaries.contact.trace import Trace
-from tilth.boundaries.implicit.constraint import PointsNearSoil
+from tilth.boundaries.surfaces.patches import is_sliver, surrounded, without_small
+from tilth.boundaries.surfaces.points import ConstrainedPoints
+from tilth.boundaries.surfaces.trace import Trace
 
 SURROUNDING = 0.75
 """Distance in cells within which points in contact decide whether they surround another one."""
@@ -61,7 +61,7 @@ LEAST_TURN = 1e-12
 
 
 @dataclass(frozen=True)
-class ContactConstraint(PointsNearSoil):
+class ContactConstraint(ConstrainedPoints):
     """The n points of a surface that soil can touch in a step, ordered by cell.
 
     Attributes:

@@ -25,8 +25,8 @@ from tilth.boundaries.contact.constraint import Patches, select_by_gaps
 from tilth.boundaries.contact.outcome import Evaluated, contact_outcome
 from tilth.boundaries.contact.rigid_body import WEAK_SPRING, RigidBody
 from tilth.errors import StepFailed
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.bordered_matrix import Border
-from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.pattern import Elements
 from tilth.terms.outcome import Outcome
 from tilth.terms.protocol import Changes, GlobalUnknowns, Role

@@ -10,9 +10,12 @@ import numpy as np
 
 from tilth.arrays import Flags, Floats, Integers
 from tilth.boundaries.contact.constraint import ContactConstraint
-from tilth.boundaries.contact.gap import measure_gap
 from tilth.boundaries.contact.law import ContactLaw
-from tilth.boundaries.contact.measure import (
+from tilth.boundaries.contact.smoothness import Smoothness, smoothness
+from tilth.boundaries.contact.soil_ends import at_soil_end
+from tilth.boundaries.contact.surface import LOST, CarriedContact, ContactSurface, Touch
+from tilth.boundaries.surfaces.gap import measure_gap
+from tilth.boundaries.surfaces.measure import (
     DENSE,
     EVEN,
     ROUND_OFF,
@@ -22,18 +25,10 @@ from tilth.boundaries.contact.measure import (
     measure,
     sampled,
 )
-from tilth.boundaries.contact.smoothness import Smoothness, smoothness
-from tilth.boundaries.contact.soil_ends import at_soil_end
-from tilth.boundaries.contact.surface import LOST, CarriedContact, ContactSurface, Touch
-from tilth.boundaries.contact.trace import (
-    Trace,
-    trace_in_cells,
-    trace_of_domains,
-    with_corners,
-)
-from tilth.boundaries.implicit.boundary import Pose
+from tilth.boundaries.surfaces.points import Pose
+from tilth.boundaries.surfaces.trace import Trace, trace_in_cells, trace_of_domains, with_corners
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.domains import half_edges
-from tilth.mpm.grid import ActiveGrid
 from tilth.mpm.owned_places import OwnedPlaces
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.quadrature import PointsInCells, find_cells, near_soil, points_in_cells

@@ -9,11 +9,11 @@ import numpy as np
 
 from tilth.arrays import Floats
 from tilth.boundaries.contact.body_surface import BodyContactSurface
-from tilth.boundaries.contact.patches import SLIVER
 from tilth.boundaries.contact.rigid_body import RigidBody
 from tilth.boundaries.contact.surface import ContactSurface
-from tilth.boundaries.implicit.make import grid_properties
-from tilth.boundaries.implicit.motion import make_motion
+from tilth.boundaries.surfaces.grid_properties import grid_properties
+from tilth.boundaries.surfaces.motion import make_motion
+from tilth.boundaries.surfaces.patches import SLIVER
 from tilth.errors import BadInput
 from tilth.geometry.make import make_shape, make_shapes
 from tilth.geometry.protocol import Geometry

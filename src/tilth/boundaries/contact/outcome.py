@@ -13,7 +13,7 @@ from tilth.arrays import Floats
 from tilth.boundaries.contact.constraint import Patches
 from tilth.boundaries.contact.law import ContactResponse
 from tilth.boundaries.contact.slip_work import slip_work
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.pattern import Elements
 from tilth.terms.outcome import ContactOutcome, ContactState, Outcome, Work
 

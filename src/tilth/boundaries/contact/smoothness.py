@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tilth.arrays import Floats, Integers
-from tilth.mpm.grid import Grid
+from tilth.grid.background import Grid
 
 SMOOTH = 2e-3
 """Scatter in cells up to which the soil's normal is used; from twice of it on it is not."""

@@ -16,8 +16,8 @@ import numpy as np
 
 from tilth.arrays import Flags, Floats, Integers
 from tilth.boundaries.contact.law import first_slip
-from tilth.boundaries.contact.measure import Measured, SurfaceParts
-from tilth.boundaries.contact.patches import LEAST_COSINE
+from tilth.boundaries.surfaces.measure import Measured, SurfaceParts
+from tilth.boundaries.surfaces.patches import LEAST_COSINE
 
 if TYPE_CHECKING:
     from tilth.boundaries.contact.constraint import ContactConstraint

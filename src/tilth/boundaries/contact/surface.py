@@ -17,8 +17,10 @@ import numpy as np
 from tilth.arrays import Flags, Floats, Integers
 from tilth.boundaries.contact.law import ContactLaw
 from tilth.boundaries.contact.rigid_body import RigidBody
-from tilth.boundaries.implicit.boundary import GridProperties, Implicit, Pose
-from tilth.boundaries.implicit.motion import Motion, rotation_part
+from tilth.boundaries.surfaces.boundary import Implicit
+from tilth.boundaries.surfaces.grid_properties import GridProperties
+from tilth.boundaries.surfaces.motion import Motion, rotation_part
+from tilth.boundaries.surfaces.points import Pose
 from tilth.geometry.both_sides import BothSides
 from tilth.geometry.protocol import Geometry, QuadraturePoints
 from tilth.geometry.several import outside_of_others

@@ -9,7 +9,7 @@ from tilth.boundaries.contact.constraint import ContactConstraint, Patches
 from tilth.boundaries.contact.forces import AssembledContact
 from tilth.boundaries.contact.rigid_body import RigidBody
 from tilth.errors import StepFailed
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.pattern import Elements
 from tilth.terms.protocol import NodeLists, Term
 

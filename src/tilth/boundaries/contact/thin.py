@@ -18,7 +18,7 @@ from tilth.arrays import Floats, Integers
 from tilth.boundaries.contact.make import extents
 from tilth.boundaries.contact.surface import ContactSurface
 from tilth.errors import BadInput
-from tilth.mpm.grid import Grid
+from tilth.grid.background import Grid
 from tilth.mpm.points import MaterialPoints
 from tilth.variation.tables import place_text
 

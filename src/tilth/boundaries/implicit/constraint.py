@@ -20,67 +20,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tilth import _core
 from tilth.arrays import Floats, Integers
-from tilth.boundaries.contact.trace import Trace
-from tilth.boundaries.implicit.ends import INSIDE, Ends, without_vertices_near_ends
-from tilth.boundaries.implicit.multipliers import Multipliers, constrained_directions
-from tilth.mpm.grid import ActiveGrid
-from tilth.mpm.quadrature import PointsInCells
+from tilth.boundaries.surfaces.ends import INSIDE, Ends, without_vertices_near_ends
+from tilth.boundaries.surfaces.multipliers import Multipliers, constrained_directions
+from tilth.boundaries.surfaces.points import ConstrainedPoints, PointsNearSoil, rotated
+from tilth.boundaries.surfaces.trace import Trace
+from tilth.mpm.active_grid import ActiveGrid
 
 if TYPE_CHECKING:
-    from tilth.boundaries.implicit.boundary import Implicit, Pose
+    from tilth.boundaries.surfaces.boundary import Implicit
 
 LARGE_MOTION = 5e-4
 """Motion of soil in a step [cells] with which it has moved past a boundary's points."""
-
-
-@dataclass(frozen=True)
-class PointsNearSoil:
-    """The n quadrature points of a surface that act on soil in one step, ordered by cell.
-
-    Attributes:
-        chosen: their numbers among all points of the surface, shape (n,).
-        at: the points in the cells of the grid.
-        pose: their motion in the step.
-        moduli: constrained modulus (capped) and shear modulus of the soil [stress], shape (n, 2).
-        axisymmetric: whether the analysis is axisymmetric.
-        elastic_share: elastic part of the soil's last strain increment [-], shape (n,).
-        square: the factor of the penalty, see `BoundaryQuadrature`, shape (n,).
-    """
-
-    chosen: Integers
-    at: PointsInCells
-    pose: Pose
-    moduli: Floats
-    axisymmetric: bool
-    elastic_share: Floats
-    square: Floats
-
-    @property
-    def trace_of_rows(self) -> Trace | None:
-        """The soil's displacement in the rows of the multipliers; None for that in the cells."""
-        return None
-
-    def joined(self, multiplier: Integers, vertex: Floats, active: ActiveGrid) -> Integers:
-        """Returns the multipliers, (r, n), where points of some have joined others.
-
-        vertex: positions of the vertices, from the grid's origin in cells, shape (m, dim).
-        """
-        del vertex, active
-        return multiplier
-
-    @cached_property
-    def penalty(self) -> Floats:
-        """P, the stress per slip [stress/length], shape (n, dim, dim)."""
-        return np.asarray(
-            _core.boundary_penalty(
-                np.ascontiguousarray(self.pose.normal),
-                np.ascontiguousarray(self.pose.projector),
-                self.moduli,
-                self.square,
-            )
-        )
 
 
 @dataclass(frozen=True)
@@ -120,7 +71,7 @@ class ImplicitConstraint(PointsNearSoil, ABC):
 
 
 @dataclass(frozen=True)
-class SurfaceConstraint(ImplicitConstraint):
+class SurfaceConstraint(ImplicitConstraint, ConstrainedPoints):
     """An `ImplicitConstraint` with the surface form.
 
     Attributes:
@@ -139,11 +90,11 @@ class SurfaceConstraint(ImplicitConstraint):
 
     @property
     def trace_of_rows(self) -> Trace | None:
-        """As `PointsNearSoil.trace_of_rows`."""
+        """As `ConstrainedPoints.trace_of_rows`."""
         return self.trace
 
     def joined(self, multiplier: Integers, vertex: Floats, active: ActiveGrid) -> Integers:
-        """As `PointsNearSoil.joined`."""
+        """As `ConstrainedPoints.joined`."""
         if self.open_ends is None or len(self.open_ends.normal) == 0:
             return multiplier
         position, normal = self.pose.position, self.pose.normal
@@ -211,22 +162,3 @@ class SurfaceConstraint(ImplicitConstraint):
             soil.interpolate(displacement) - self.increment
         )
         return self.before + self.multipliers.distribute(traction)
-
-
-def rotated(carried: Floats, pose: Pose, half: int) -> Floats:
-    """Returns carried vectors and tensors, (n, columns), rotated with one half of a step's motion.
-
-    carried: vectors in the first dim columns, tensors in the other 9, if any. half: 0 or 1.
-    """
-    if pose.rotation is None:
-        return carried
-    dim = pose.position.shape[1]
-    rotation = pose.rotation[half]
-    result = carried.copy()
-    result[:, :dim] = np.einsum("nij,nj->ni", rotation, carried[:, :dim])
-    if carried.shape[1] > dim:
-        in_space = np.tile(np.eye(3), (len(carried), 1, 1))
-        in_space[:, :dim, :dim] = rotation
-        tensor = carried[:, dim:].reshape(-1, 3, 3)
-        result[:, dim:] = (in_space @ tensor @ np.swapaxes(in_space, 1, 2)).reshape(-1, 9)
-    return result

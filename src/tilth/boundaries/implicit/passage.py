@@ -20,14 +20,14 @@ from tilth.errors import StepFailed
 from tilth.geometry.open_surface import OpenSurface
 from tilth.geometry.protocol import RoundGeometry
 from tilth.geometry.terrain import TerrainLine
+from tilth.grid.background import Grid
 from tilth.mpm.domains import half_edges
-from tilth.mpm.grid import Grid
 from tilth.mpm.points import MaterialPoints
 
 if TYPE_CHECKING:
     from scipy.spatial import cKDTree
 
-    from tilth.boundaries.implicit.boundary import Implicit
+    from tilth.boundaries.surfaces.boundary import Implicit
 
 
 PASSAGE_TOLERANCE = 0.02

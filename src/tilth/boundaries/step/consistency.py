@@ -9,10 +9,10 @@ from itertools import permutations
 import numpy as np
 
 from tilth.arrays import Floats
-from tilth.boundaries.conditions import UNCONSTRAINED, Conditions
 from tilth.boundaries.implicit.constraint import ImplicitConstraint
-from tilth.boundaries.implicit.constraints import ImplicitConstraints
 from tilth.boundaries.protocol import Boundary
+from tilth.boundaries.step.conditions import UNCONSTRAINED, Conditions
+from tilth.boundaries.step.constraints import ImplicitConstraints
 from tilth.errors import BadInput
 from tilth.model import Model
 

@@ -80,8 +80,8 @@ def soil_surface(surface: BodySurface) -> SoilSurface | None:
     That is so for a curve that crosses or touches itself, and for one through material points.
     """
     # imported only where needed: they import much of the package
-    from tilth.boundaries.contact.spline_crossings import SplineSurface
-    from tilth.boundaries.contact.triangle_crossings import TriangleSurface
+    from tilth.boundaries.surfaces.spline_crossings import SplineSurface
+    from tilth.boundaries.surfaces.triangle_crossings import TriangleSurface
     from tilth.curves.crossing import find_crossings
     from tilth.surface.tracked import TrackedSurface
     from tilth.surface.tracked_triangles import TrackedSolidSurface

@@ -10,12 +10,12 @@ import numpy.typing as npt
 
 from tilth import _core
 from tilth.arrays import Flags, Floats
-from tilth.boundaries.implicit.constraint import PointsNearSoil
-from tilth.boundaries.implicit.constraints import ImplicitConstraints
 from tilth.boundaries.protocol import Boundary
+from tilth.boundaries.step.constraints import ImplicitConstraints
+from tilth.boundaries.surfaces.points import PointsNearSoil
 from tilth.comm import count
 from tilth.errors import BadInput
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 
 UNCONSTRAINED = -1
 """Value of `Conditions.boundary` at unconstrained degrees of freedom."""

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tilth.arrays import Flags, Floats, Integers
-from tilth.boundaries.contact.patches import FARTHEST, LEAST_COSINE
+from tilth.boundaries.surfaces.patches import FARTHEST, LEAST_COSINE
 from tilth.geometry.protocol import Facets, Geometry
 
 BEYOND = 0.25

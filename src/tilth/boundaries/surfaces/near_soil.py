@@ -16,21 +16,22 @@ import numpy as np
 
 from tilth import _core
 from tilth.arrays import Flags, Floats, Integers
-from tilth.boundaries.contact.gap import measure_gap
-from tilth.boundaries.contact.measure import EVEN, SurfaceParts, sampled
-from tilth.boundaries.contact.trace import Trace, trace_of_domains, with_corners
-from tilth.boundaries.implicit.ends import Ends
+from tilth.boundaries.surfaces.ends import Ends
+from tilth.boundaries.surfaces.gap import measure_gap
+from tilth.boundaries.surfaces.measure import EVEN, SurfaceParts, sampled
+from tilth.boundaries.surfaces.trace import Trace, trace_of_domains, with_corners
 from tilth.comm import Communicator
 from tilth.geometry.flat import box_corners
+from tilth.grid.background import cell_corners
+from tilth.grid.keys import lattice_keys
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.domains import half_edges
-from tilth.mpm.grid import ActiveGrid, cell_corners
-from tilth.mpm.keys import lattice_keys
 from tilth.mpm.owned_places import OwnedPlaces
 from tilth.mpm.points import ElasticModuli, MaterialPoints
 from tilth.mpm.quadrature import PointsInCells, find_cells, points_in_cells
 
 if TYPE_CHECKING:
-    from tilth.boundaries.implicit.boundary import Implicit
+    from tilth.boundaries.surfaces.boundary import Implicit
 
 LARGEST_CONSTRAINED_MODULUS = 3.0
 """Cap on the constrained modulus that scales the penalty, in units of Young's modulus.

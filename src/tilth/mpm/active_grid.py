@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The background grid, its active nodes, and the stencils of the material points on it."""
+"""The active nodes of the background grid, and the stencils of the material points on it."""
 
 from __future__ import annotations
 
@@ -11,125 +11,18 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from tilth import _core, grid_lines
+from tilth import _core
 from tilth.arrays import Floats, Integers, Shorts
 from tilth.comm import SERIAL, Communicator
 from tilth.errors import StepFailed
+from tilth.grid.background import Grid, cell_corners
+from tilth.grid.keys import LARGEST_INDEX, find_keys, lattice_keys, overlay_shift, places_of_keys
+from tilth.grid.overlay import Overlay, overlay_of_grid
+from tilth.grid.shared_nodes import Number, SharedNodes
 from tilth.mpm.groups import Groups, group
-from tilth.mpm.keys import (
-    LARGEST_INDEX,
-    find_keys,
-    lattice_keys,
-    overlay_shift,
-    places_of_keys,
-)
-from tilth.mpm.overlay import Overlay, overlay_of_grid
 from tilth.mpm.pattern import Elements, Pattern
 from tilth.mpm.points import MaterialPoints
-from tilth.mpm.shared_nodes import Number, SharedNodes
 from tilth.mpm.stencil import Stencil
-
-LEFT_LIMITS = "a point left the limits of the grid"
-"""Reason of a step that failed because of the grid's limits."""
-
-
-@dataclass(frozen=True)
-class Grid:
-    """Unbounded grid, uniform or graded along each axis.
-
-    Attributes:
-        origin: position of the node with the lattice index 0 [length], shape (dim,).
-        cell_size: sizes of the smallest cell along each axis [length], shape (dim,), positive;
-            those of all cells where the grid is uniform.
-        lower, upper: limits that no point may leave [length], shape (dim,); None if unbounded.
-        lines: for each axis the distances of its lines from the origin (`tilth/grid_lines.py`),
-            empty along a uniform axis; () if all are uniform.
-    """
-
-    origin: Floats
-    cell_size: Floats
-    lower: Floats | None = None
-    upper: Floats | None = None
-    lines: tuple[Floats, ...] = ()
-
-    @property
-    def dim(self) -> int:
-        """Number of directions: 2 or 3."""
-        return len(self.origin)
-
-    @property
-    def graded(self) -> list[int]:
-        """The graded axes."""
-        return [k for k, line in enumerate(self.lines) if len(line) > 0]
-
-    def in_cells(self, position: Floats) -> Floats:
-        """Returns positions (..., dim) in cells: lattice index of the line below plus a share."""
-        cells = np.asarray((position - self.origin) / self.cell_size)
-        for k in self.graded:
-            cells[..., k] = grid_lines.in_cells(position[..., k] - self.origin[k], self.lines[k])
-        return cells
-
-    def position(self, cells: Floats) -> Floats:
-        """Returns the positions [length] of coordinates in cells, shape (..., dim)."""
-        position = np.asarray(self.origin + cells * self.cell_size)
-        for k in self.graded:
-            position[..., k] = self.origin[k] + grid_lines.distance(
-                np.asarray(cells)[..., k], self.lines[k]
-            )
-        return position
-
-    def sizes(self, cell: Integers) -> Floats:
-        """Returns the sizes [length] of cells by their lattice indices (..., dim)."""
-        size = np.broadcast_to(self.cell_size, np.shape(cell))
-        if self.graded:
-            size = size.copy()
-        for k in self.graded:
-            size[..., k] = grid_lines.size(cell[..., k], self.lines[k])
-        return size
-
-    def sizes_at(self, position: Floats) -> Floats:
-        """Returns the sizes [length] of the cells that contain positions (..., dim)."""
-        if not self.graded:
-            return np.broadcast_to(self.cell_size, np.shape(position))
-        return self.sizes(np.floor(self.in_cells(position)).astype(np.int64))
-
-    def sizes_around(self, node: Integers) -> Floats:
-        """Returns the mean sizes [length] of the cells on both sides of nodes (..., dim).
-
-        Their product over the axes is the mean volume of the cells around the node.
-        """
-        if not self.graded:
-            return np.broadcast_to(self.cell_size, np.shape(node))
-        return np.asarray(0.5 * (self.sizes(node - 1) + self.sizes(node)))
-
-    def has_lines_of(self, other: Grid) -> bool:
-        """Returns whether the lines of another grid are at the same places."""
-        return (
-            np.array_equal(self.cell_size, other.cell_size)
-            and np.array_equal(self.origin, other.origin)
-            and self.graded == other.graded
-            and all(np.array_equal(self.lines[k], other.lines[k]) for k in self.graded)
-        )
-
-    @property
-    def largest_size(self) -> Floats:
-        """Sizes of the largest cell along each axis [length], shape (dim,)."""
-        size = self.cell_size.copy()
-        for k in self.graded:
-            size[k] = np.diff(self.lines[k]).max()
-        return size
-
-    def require_inside(self, position: Floats, point_id: Integers) -> None:
-        """Checks that no point is beyond the limits; positions (n, dim), numbers (n,).
-
-        Raises:
-            StepFailed: one is; carries its number.
-        """
-        if self.lower is None or self.upper is None:
-            return
-        outside = ((position < self.lower) | (position > self.upper)).any(axis=1)
-        if outside.any():
-            raise StepFailed(LEFT_LIMITS, point=int(point_id[outside.argmax()]))
 
 
 class Buffers:
@@ -167,7 +60,7 @@ class ActiveGrid:
     """Nodes and cells of the grid in the points' supports in one step; discarded after the step.
 
     Bodies of different overlays have nodes and cells of their own at the same places,
-    those of one overlay after those of the other (`mpm/keys.py`).
+    those of one overlay after those of the other (`grid/keys.py`).
 
     Attributes:
         grid: its lines.
@@ -367,11 +260,6 @@ class ActiveGrid:
         )
         assert (node >= 0).all(), "a requested cell is not active"
         return node.astype(np.int32)
-
-
-def cell_corners(dim: int) -> Integers:
-    """Returns the lattice offsets of a cell's corners, x fastest, shape (2^dim, 3)."""
-    return np.array([[i, j, k] for k in range(dim - 1) for j in (0, 1) for i in (0, 1)])
 
 
 def locate(

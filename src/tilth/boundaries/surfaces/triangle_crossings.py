@@ -6,7 +6,7 @@ from __future__ import annotations
 import numpy as np
 
 from tilth.arrays import Flags, Floats
-from tilth.boundaries.contact.crossings import (
+from tilth.boundaries.surfaces.crossings import (
     LINES_PER_BATCH,
     AlongLines,
     Window,

@@ -10,22 +10,17 @@ boundary would have to slip in each step to produce it again.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from tilth.arrays import Flags, Floats, Integers, require_table
-from tilth.boundaries.implicit.ends import (
-    FARTHEST_MOTION,
-    LEAST_WIDTH,
-    Ends,
-    find_ends,
-    width_of,
-)
-from tilth.boundaries.implicit.motion import Motion, cofactor, rotation_part
-from tilth.boundaries.implicit.quadrature import (
+from tilth.arrays import Floats, Integers, require_table
+from tilth.boundaries.surfaces.ends import FARTHEST_MOTION, LEAST_WIDTH, Ends, find_ends, width_of
+from tilth.boundaries.surfaces.grid_properties import GridProperties
+from tilth.boundaries.surfaces.motion import Motion, cofactor, rotation_part
+from tilth.boundaries.surfaces.points import Pose
+from tilth.boundaries.surfaces.quadrature import (
     BoundaryQuadrature,
     band_quadrature,
     surface_quadrature,
@@ -37,75 +32,12 @@ from tilth.geometry.protocol import Geometry, QuadraturePoints
 from tilth.geometry.quadrature import make_quadrature
 from tilth.model import ImplicitBoundary
 from tilth.model.load_curve import LoadCurve
-from tilth.mpm.grid import Grid
 
 ROUND_OFF = 1e-9
 """Of the components of a unit normal."""
 
 FLAT_FACET_LENGTH = 4.0
 """Length of the facets of a flat fixed boundary, in cells: longer facets need fewer points."""
-
-
-@dataclass(frozen=True)
-class GridProperties:
-    """Properties of the grid on which an implicit boundary acts.
-
-    Attributes:
-        at_start: its lines at time 0.
-        axisymmetric: whether x is the radius.
-        grid_moves: whether the grid moves with a boundary.
-    """
-
-    at_start: Grid
-    axisymmetric: bool
-    grid_moves: bool
-
-
-@dataclass(frozen=True)
-class Pose:
-    """Quadrature points of a boundary in a step: positions at its start, directions at its middle.
-
-    Attributes:
-        position: at the start of the step [length], shape (n, dim).
-        increment: prescribed displacement in the step [length], shape (n, dim).
-        gradient: of the prescribed displacement by `position` [-], shape (n, dim, dim).
-        normal: unit, into the soil, shape (n, dim).
-        weight: at the start of the step, including 2 pi r in axisymmetry, shape (n,).
-        direction: the declared direction, unit, shape (n, dim); None if none is declared.
-        projector: on the constrained directions, shape (n, dim, dim).
-        rotation: from the start to the middle and from the middle to the end of the step,
-            shape (n, dim, dim) each; None for a fixed boundary.
-    """
-
-    position: Floats
-    increment: Floats
-    gradient: Floats
-    normal: Floats
-    weight: Floats
-    direction: Floats | None
-    projector: Floats
-    rotation: tuple[Floats, Floats] | None
-
-    def increment_at(self, offset: Floats) -> Floats:
-        """Returns the prescribed displacement beside the points [length], shape (n, dim).
-
-        offset: from the points [length], shape (n, dim).
-        """
-        return np.asarray(self.increment + np.einsum("nij,nj->ni", self.gradient, offset))
-
-    def of(self, kept: Flags | Integers) -> Pose:
-        """Returns that of the points `kept`, flags of shape (n,) or numbers in their new order."""
-        rotation = self.rotation
-        return Pose(
-            position=self.position[kept],
-            increment=self.increment[kept],
-            gradient=self.gradient[kept],
-            normal=self.normal[kept],
-            weight=self.weight[kept],
-            direction=None if self.direction is None else self.direction[kept],
-            projector=self.projector[kept],
-            rotation=None if rotation is None else (rotation[0][kept], rotation[1][kept]),
-        )
 
 
 class Implicit:

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tilth.arrays import Flags, Floats
-from tilth.boundaries.axis import Axis, radial_motion_error
-from tilth.boundaries.conditions import Conditions
-from tilth.boundaries.consistency import DISPLACEMENT_TOLERANCE
 from tilth.boundaries.protocol import Boundary
-from tilth.mpm.grid import ActiveGrid
+from tilth.boundaries.step.axis import Axis, radial_motion_error
+from tilth.boundaries.step.conditions import Conditions
+from tilth.boundaries.step.consistency import DISPLACEMENT_TOLERANCE
+from tilth.mpm.active_grid import ActiveGrid
 
 if TYPE_CHECKING:
-    from tilth.boundaries.implicit.boundary import Implicit
+    from tilth.boundaries.surfaces.boundary import Implicit
 
 BISECTIONS = 60
 """Number of bisections between two rows of nodes to find where a boundary crosses the axis."""

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from tilth.arrays import Flags, Floats, Integers
-from tilth.boundaries.contact.crossings import (
+from tilth.boundaries.surfaces.crossings import (
     LINES_PER_BATCH,
     AlongLines,
     Window,

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tilth.arrays import Flags, Floats, Integers
-from tilth.boundaries.contact.gap import WIDENING
+from tilth.boundaries.surfaces.gap import WIDENING
 from tilth.comm import SERIAL
 from tilth.mpm.owned_places import OwnedPlaces
 

@@ -20,12 +20,12 @@ from tilth.boundaries.contact.soil_ends import at_free_end
 from tilth.boundaries.contact.surface import ContactSurface
 from tilth.boundaries.implicit.band import BandConstraint
 from tilth.boundaries.implicit.constraint import ImplicitConstraint, SurfaceConstraint
-from tilth.boundaries.implicit.multipliers import (
+from tilth.boundaries.surfaces.multipliers import (
     choose_multipliers,
     concatenated_cells,
     multiplier_coupling,
 )
-from tilth.boundaries.implicit.near_soil import (
+from tilth.boundaries.surfaces.near_soil import (
     NearSoil,
     capped_moduli,
     extend_quadrature,
@@ -33,12 +33,12 @@ from tilth.boundaries.implicit.near_soil import (
     nodes_of_cells,
     soil_box,
 )
-from tilth.mpm.grid import ActiveGrid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
 from tilth.terms.linear import LinearElements
 
 if TYPE_CHECKING:
-    from tilth.boundaries.implicit.boundary import Implicit
+    from tilth.boundaries.surfaces.boundary import Implicit
 
 STIFFNESS_RATIO_OF_BAND = 2.0
 """Stiffness of exterior nodes with the band form relative to that with the surface form."""

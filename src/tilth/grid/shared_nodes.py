@@ -10,8 +10,8 @@ import numpy.typing as npt
 
 from tilth.arrays import Flags, Integers
 from tilth.comm import Communicator
-from tilth.mpm.decomposition import Boxes
-from tilth.mpm.keys import find_keys, places_of_keys
+from tilth.grid.decomposition import Boxes
+from tilth.grid.keys import find_keys, places_of_keys
 
 Number = TypeVar("Number", bound=np.generic)
 

@@ -22,12 +22,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tilth.arrays import Flags, Floats, Integers
+from tilth.grid.background import Grid
 from tilth.model import Model
-from tilth.mpm.grid import ActiveGrid, Grid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
 
 if TYPE_CHECKING:
-    from tilth.boundaries.implicit.boundary import Implicit
+    from tilth.boundaries.surfaces.boundary import Implicit
 
 HOLE_RADIUS_TOLERANCE = 0.05
 """Radius of a ring's hole, in cells, up to which the soil extends to the axis."""

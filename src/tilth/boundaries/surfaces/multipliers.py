@@ -17,20 +17,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
 from tilth.arrays import Flags, Floats, Integers
-from tilth.mpm.grid import ActiveGrid
+from tilth.boundaries.surfaces.points import ConstrainedPoints, PointsNearSoil
+from tilth.boundaries.surfaces.trace import Trace
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.terms.linear import RowCoupling
-
-if TYPE_CHECKING:
-    from tilth.boundaries.contact.constraint import ContactConstraint
-    from tilth.boundaries.contact.trace import Trace
-    from tilth.boundaries.implicit.constraint import PointsNearSoil, SurfaceConstraint
 
 
 @dataclass(frozen=True)
@@ -130,7 +126,7 @@ def _tangents(normal: Floats) -> Floats:
 
 
 def choose_multipliers(
-    active: ActiveGrid, parts: Sequence[SurfaceConstraint | ContactConstraint], constrained: Flags
+    active: ActiveGrid, parts: Sequence[ConstrainedPoints], constrained: Flags
 ) -> list[Multipliers]:
     """Returns the multipliers of each boundary in contact with soil in a step.
 
@@ -170,7 +166,7 @@ def choose_multipliers(
 
 
 def _families(
-    active: ActiveGrid, parts: Sequence[SurfaceConstraint | ContactConstraint], rank: Integers
+    active: ActiveGrid, parts: Sequence[ConstrainedPoints], rank: Integers
 ) -> tuple[Integers, Integers, Integers]:
     """Returns first and last cell of each family, and the number of families of each boundary.
 
@@ -211,7 +207,7 @@ def concatenated_cells(
 
 
 def _multipliers(
-    part: SurfaceConstraint | ContactConstraint,
+    part: ConstrainedPoints,
     direction: Floats,
     multiplier: Integers,
     vertex: Floats,
@@ -240,7 +236,7 @@ def _multipliers(
 
 
 def _rows_of_trace(
-    part: SurfaceConstraint | ContactConstraint,
+    part: ConstrainedPoints,
     trace: Trace,
     direction: Floats,
     multiplier: Integers,

@@ -6,7 +6,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from tilth.arrays import Integers
-from tilth.mpm.keys import first_of_overlays, overlay_shift
+from tilth.grid.keys import first_of_overlays, overlay_shift
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ import numpy as np
 from tilth import _core
 from tilth.arrays import Flags, Floats, Integers
 from tilth.bodies.corners import corner_signs
-from tilth.boundaries.contact.crossings import SoilSurface, Window, soil_surface
-from tilth.mpm.grid import Grid
+from tilth.boundaries.surfaces.crossings import SoilSurface, Window, soil_surface
+from tilth.grid.background import Grid
 from tilth.mpm.points import MaterialPoints
 from tilth.surface.protocol import BodySurface
 

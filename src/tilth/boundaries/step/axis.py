@@ -17,17 +17,18 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth.arrays import Floats, Integers, require_table
-from tilth.boundaries.axis_rows import AxisRows
-from tilth.boundaries.conditions import UNCONSTRAINED, Conditions
+from tilth.boundaries.step.axis_rows import AxisRows
+from tilth.boundaries.step.conditions import UNCONSTRAINED, Conditions
 from tilth.comm import together
 from tilth.errors import BadInput
+from tilth.grid.background import Grid
 from tilth.model import Model
-from tilth.mpm.grid import ActiveGrid, Grid
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
 from tilth.terms.linear import Coupling
 
 if TYPE_CHECKING:
-    from tilth.boundaries.implicit.boundary import Implicit
+    from tilth.boundaries.surfaces.boundary import Implicit
 
 GRID_LINE_TOLERANCE = 1e-6
 """Distance from the axis, in cells, up to which a grid line lies on it."""

@@ -20,8 +20,8 @@ import numpy as np
 
 from tilth import _core
 from tilth.arrays import Flags, Floats, Integers
-from tilth.mpm.grid import ActiveGrid
-from tilth.mpm.keys import find_keys, overlay_shift
+from tilth.grid.keys import find_keys, overlay_shift
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.owned_places import OwnedPlaces
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.quadrature import PointsInCells

@@ -1,38 +1,27 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Construction of implicit boundaries from their declarations."""
+"""The grid on which surfaces act."""
 
 from __future__ import annotations
 
-import numpy as np
+from dataclasses import dataclass
 
-from tilth.boundaries.implicit.boundary import GridProperties, Implicit
-from tilth.boundaries.implicit.motion import make_motion
-from tilth.geometry.make import make_geometry
+from tilth.grid.background import Grid, background_grid
 from tilth.model import ImplicitBoundary, Model
-from tilth.mpm.background import background_grid
 
 
-def make(declared: ImplicitBoundary, model: Model, kind: type[Implicit] = Implicit) -> Implicit:
-    """Returns a declared implicit boundary of a model; kind: its class, without contact.
+@dataclass(frozen=True)
+class GridProperties:
+    """Properties of the grid on which an implicit boundary acts.
 
-    Raises:
-        BadInput: a file or function of the boundary cannot be used.
+    Attributes:
+        at_start: its lines at time 0.
+        axisymmetric: whether x is the radius.
+        grid_moves: whether the grid moves with a boundary.
     """
-    if declared.contact is not None:
-        from tilth.boundaries.contact.make import make_contact
 
-        return make_contact(declared, model)
-    key = model.boundary_keys()[declared.name]
-    geometry = make_geometry(declared, model)
-    return kind(
-        declared,
-        key,
-        model.load_curve(declared),
-        geometry,
-        make_motion(declared, geometry, f"{key}.motion", np.array(model.cell_size)),
-        model.delta(declared),
-        grid_properties(model),
-    )
+    at_start: Grid
+    axisymmetric: bool
+    grid_moves: bool
 
 
 def grid_properties(model: Model) -> GridProperties:

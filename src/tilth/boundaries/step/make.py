@@ -1,0 +1,34 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Construction of implicit boundaries from their declarations."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from tilth.boundaries.contact.make import make_contact
+from tilth.boundaries.surfaces.boundary import Implicit
+from tilth.boundaries.surfaces.grid_properties import grid_properties
+from tilth.boundaries.surfaces.motion import make_motion
+from tilth.geometry.make import make_geometry
+from tilth.model import ImplicitBoundary, Model
+
+
+def make(declared: ImplicitBoundary, model: Model, kind: type[Implicit] = Implicit) -> Implicit:
+    """Returns a declared implicit boundary of a model; kind: its class, without contact.
+
+    Raises:
+        BadInput: a file or function of the boundary cannot be used.
+    """
+    if declared.contact is not None:
+        return make_contact(declared, model)
+    key = model.boundary_keys()[declared.name]
+    geometry = make_geometry(declared, model)
+    return kind(
+        declared,
+        key,
+        model.load_curve(declared),
+        geometry,
+        make_motion(declared, geometry, f"{key}.motion", np.array(model.cell_size)),
+        model.delta(declared),
+        grid_properties(model),
+    )
