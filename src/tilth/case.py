@@ -13,7 +13,7 @@ from typing import Any
 from tilth.errors import BadInput, Problem
 from tilth.input_files import absolute, require_file, why_no_file, why_no_folder
 from tilth.model import ElementCase, FunctionOutcome, Model, Study
-from tilth.model.model import FORMAT
+from tilth.model.declaration import FORMAT
 from tilth.model.problems import dotted
 
 if sys.version_info >= (3, 11):

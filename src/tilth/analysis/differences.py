@@ -50,7 +50,7 @@ def differences(
         for key in _of_stage(one, other, time if i == number else None):
             what = f"`{key}` of this stage, or what is carried on from earlier ones,"
             yield other.stage.key, what
-    first, initial = earlier.of_stages[0].stage.initial, model.of_stages[0].stage.initial
+    first, initial = earlier.of_stages[0].initial_model, model.of_stages[0].initial_model
     if first is not None and initial is not None and list(_of_stage(first, initial, None)):
         yield "stages[0]", "what the declared materials and bodies are before this stage"
     there = [

@@ -73,7 +73,7 @@ def memory_of(
         size = partial(body_size, kind=model.analysis.kind, grid=background_grid(model))
         return _of_stage(model, model.bodies, points, active, size)
     first = model.of_stages[0]
-    before = first.stage.initial
+    before = first.initial_model
     assert before is not None
     models = (before, *model.of_stages) if first.stage.follows else model.of_stages
     first_grid = background_grid(before)

@@ -273,7 +273,7 @@ def checked_next_stage(
     """
     stage = model.stage.declared
     assert stage is not None
-    is_first = last.model.stage.initial is None
+    is_first = last.model.initial_model is None
     kept = last.kept_contact if stage.grid is None and not is_first else None
     if not (stage.inertia or last.declared_dynamics is not None):
         kept = None
@@ -312,7 +312,7 @@ def points_of_stages(models: Sequence[Model]) -> list[MaterialPoints]:
     found: list[MaterialPoints] = []
     for number, model in enumerate(models):
         same = number > 0 and model.bodies == models[number - 1].bodies
-        initial = model.stage.initial
+        initial = model.initial_model
         assert initial is not None, "a model with stages"
         of_first = copied(model, grid=initial.grid)  # points per cell are those of [grid]
         found.append(found[-1] if same else initial_points(of_first))

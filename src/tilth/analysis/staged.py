@@ -83,8 +83,8 @@ class StagedAnalysis:
         self.models = model.of_stages
         self._until = until
         self._initial = points_of_stages(self.models) if model.stages else []
-        first = self.models[0].stage
-        self._before = first.initial if first.follows else None
+        first = self.models[0]
+        self._before = first.initial_model if first.stage.follows else None
         self.out_of_balance: Floats = np.zeros(model.dimension)
 
     def _at_first(self) -> Simulation:

@@ -27,10 +27,10 @@ from tilth.model.track_checks import track_problems
 from tilth.model.turns import turns_in_steps
 
 if TYPE_CHECKING:
-    from tilth.model.model import Model
+    from tilth.model.declaration import Declaration
 
 
-def problems_between_entries(model: Model) -> list[Problem]:
+def problems_between_entries(model: Declaration) -> list[Problem]:
     """Returns the problems between the entries of a model; geometry only if all sizes are right."""
     declared = {name: each.declared_variables() for name, each in model.materials.items()}
     problems = [
@@ -58,7 +58,7 @@ def problems_between_entries(model: Model) -> list[Problem]:
     return problems
 
 
-def problems_of_stage(model: Model) -> Iterator[Problem]:
+def problems_of_stage(model: Declaration) -> Iterator[Problem]:
     """Yields what is wrong with the boundaries and loads that act together."""
     yield from _needs_gravity(model)
     yield from _affine_stands_alone(model)
@@ -66,13 +66,13 @@ def problems_of_stage(model: Model) -> Iterator[Problem]:
     yield from turns_in_steps(model)
 
 
-def _without_schedule(model: Model) -> Iterator[Problem]:
+def _without_schedule(model: Declaration) -> Iterator[Problem]:
     if "schedule" in model.model_fields_set:
         what = "is given together with `stages`, each of which has its own"
         yield Problem("schedule", what, "leave it out")
 
 
-def _repeated_names(model: Model) -> Iterator[Problem]:
+def _repeated_names(model: Declaration) -> Iterator[Problem]:
     for sections in (
         ("bodies",),
         ("boundaries", "rigid_bodies", "contact_pairs"),
@@ -89,7 +89,7 @@ def _repeated_names(model: Model) -> Iterator[Problem]:
                 yield Problem(f"{key}.name", what, "give each entry a different name", name)
 
 
-def _unknown_references(model: Model) -> Iterator[Problem]:
+def _unknown_references(model: Declaration) -> Iterator[Problem]:
     bodies = {body.name: number for number, body in enumerate(model.bodies)}
     boundaries = dict.fromkeys(
         each.name for each in (*model.boundaries, *model.rigid_bodies, *model.contact_pairs)
@@ -124,7 +124,7 @@ def _unknown_references(model: Model) -> Iterator[Problem]:
 
 
 def state_variable_problems(
-    model: Model, variables: Mapping[str, Mapping[str, str] | None]
+    model: Declaration, variables: Mapping[str, Mapping[str, str] | None]
 ) -> Iterator[Problem]:
     """Yields names of state variables, in `[[track]]` and `colour_by`, that no law has.
 
@@ -148,7 +148,7 @@ def state_variable_problems(
 
 
 def _known(
-    model: Model, variables: Mapping[str, Mapping[str, str] | None], body: str | None
+    model: Declaration, variables: Mapping[str, Mapping[str, str] | None], body: str | None
 ) -> list[str] | None:
     """Returns the state variables of one body's material, or of those of all bodies.
 
@@ -165,7 +165,7 @@ def _known(
     return list(names)
 
 
-def _needs_implicit(model: Model) -> Iterator[Problem]:
+def _needs_implicit(model: Declaration) -> Iterator[Problem]:
     """Only an implicit boundary can be followed by the grid."""
     kinds = {boundary.name: boundary.type for boundary in model.boundaries}
     implicit = ", ".join(f"`{name}`" for name, kind in kinds.items() if kind == "implicit")
@@ -183,7 +183,7 @@ def _needs_implicit(model: Model) -> Iterator[Problem]:
             yield Problem(key, what, remedy, follow.boundary)
 
 
-def _needs_water(model: Model) -> Iterator[Problem]:
+def _needs_water(model: Declaration) -> Iterator[Problem]:
     """Only water has a pore pressure."""
     for i, track in enumerate(model.track):
         if track.quantity == "pore_pressure" and not model.has_water:
@@ -192,7 +192,7 @@ def _needs_water(model: Model) -> Iterator[Problem]:
             yield Problem(f"track[{i}].quantity", what, remedy, track.quantity)
 
 
-def _densities(model: Model) -> Iterator[Problem]:
+def _densities(model: Declaration) -> Iterator[Problem]:
     """A body force and inertia act on mass, so every material of a body needs a density."""
     moves = model.analysis.has_mass
     if not moves and not any(isinstance(load, BodyForce) for load in model.loads):
@@ -210,7 +210,7 @@ def _densities(model: Model) -> Iterator[Problem]:
             )
 
 
-def _needs_time(model: Model) -> Iterator[Problem]:
+def _needs_time(model: Declaration) -> Iterator[Problem]:
     """With inertia time is a quantity like length and force."""
     if model.analysis.inertia is not None and not model.units.time:
         remedy = 'give the unit of the schedule\'s time that fits to the others, such as "s"'
@@ -227,7 +227,7 @@ def _needs_time(model: Model) -> Iterator[Problem]:
             yield Problem(f"{key}.end", "missing: with inertia it is a time like others", remedy)
 
 
-def _needs_inertia(model: Model) -> Iterator[Problem]:
+def _needs_inertia(model: Declaration) -> Iterator[Problem]:
     """A base that moves by its acceleration and waves that leave are of dynamic analyses."""
     for i, boundary in enumerate(model.boundaries):
         condition = getattr(boundary, "condition", None)
@@ -237,7 +237,7 @@ def _needs_inertia(model: Model) -> Iterator[Problem]:
             yield Problem(key, "has no meaning without inertia", remedy, condition)
 
 
-def _needs_gravity(model: Model) -> Iterator[Problem]:
+def _needs_gravity(model: Declaration) -> Iterator[Problem]:
     """A seismic load is a part of gravity."""
     if any(isinstance(load, BodyForce) for _, load in model.acting_loads()):
         return
@@ -251,7 +251,7 @@ def _needs_gravity(model: Model) -> Iterator[Problem]:
             )
 
 
-def _affine_stands_alone(model: Model) -> Iterator[Problem]:
+def _affine_stands_alone(model: Declaration) -> Iterator[Problem]:
     affine = [i for i, b in enumerate(model.boundaries) if isinstance(b, AffineBoundary)]
     others = (*model.boundaries, *model.rigid_bodies, *model.contact_pairs)
     if affine and len(others) > 1:
@@ -264,7 +264,7 @@ def _affine_stands_alone(model: Model) -> Iterator[Problem]:
         )
 
 
-def _constrained_directions(model: Model) -> Iterator[Problem]:
+def _constrained_directions(model: Declaration) -> Iterator[Problem]:
     """A direction without any condition makes the system singular: the soil moves freely along it.
 
     What an implicit boundary or a rigid body constrains depends on its contact with soil: the

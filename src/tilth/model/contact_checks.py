@@ -19,7 +19,7 @@ from tilth.model.soils import MohrCoulomb
 from tilth.model.staging import loading_stages
 
 if TYPE_CHECKING:
-    from tilth.model.model import Model
+    from tilth.model.declaration import Declaration
 
 _STRENGTHS = ("cohesion", "residual_cohesion")
 
@@ -28,7 +28,7 @@ LARGEST_MOMENT = 1.001
 """Greatest principal moment of inertia over the sum of the other two; 1 for a thin plate."""
 
 
-def contact_problems(model: Model) -> Iterator[Problem]:
+def contact_problems(model: Declaration) -> Iterator[Problem]:
     """Yields what is wrong with the laws of contact and with rigid bodies."""
     for key, entry in _in_contact(model):
         yield from _law_problems(model, key, entry)
@@ -56,7 +56,7 @@ def contact_problems(model: Model) -> Iterator[Problem]:
             yield Problem(f"boundaries[{i}].geometry", what, remedy)
 
 
-def _in_contact(model: Model) -> Iterator[tuple[str, ImplicitBoundary | RigidBody]]:
+def _in_contact(model: Declaration) -> Iterator[tuple[str, ImplicitBoundary | RigidBody]]:
     for i, boundary in enumerate(model.boundaries):
         if isinstance(boundary, ImplicitBoundary) and boundary.contact is not None:
             yield f"boundaries[{i}]", boundary
@@ -64,7 +64,9 @@ def _in_contact(model: Model) -> Iterator[tuple[str, ImplicitBoundary | RigidBod
         yield f"rigid_bodies[{i}]", body
 
 
-def _law_problems(model: Model, key: str, entry: ImplicitBoundary | RigidBody) -> Iterator[Problem]:
+def _law_problems(
+    model: Declaration, key: str, entry: ImplicitBoundary | RigidBody
+) -> Iterator[Problem]:
     bodies = {body.name: body for body in model.bodies}
     own = entry.contact_with or {}
     for name, law in own.items():
@@ -84,7 +86,7 @@ def _parts(key: str) -> tuple[str | int, ...]:
 
 
 def _strength_problems(
-    model: Model, key: str, law: Contact, bodies: Sequence[str]
+    model: Declaration, key: str, law: Contact, bodies: Sequence[str]
 ) -> Iterator[Problem]:
     """Laws that take a strength from soil which has none."""
     if not law.needs_strength:
@@ -123,7 +125,7 @@ def _has_no_cohesion(material: Material) -> bool:
     return bool(given) and all(value == 0.0 for value in given)
 
 
-def _materials_of(model: Model, bodies: Sequence[str]) -> list[str]:
+def _materials_of(model: Declaration, bodies: Sequence[str]) -> list[str]:
     """Returns the materials that soil bodies have in any stage; those that are declared."""
     used = {m for body in model.bodies if body.name in bodies for m in body.materials}
     for _, stage in loading_stages(model):
@@ -131,7 +133,7 @@ def _materials_of(model: Model, bodies: Sequence[str]) -> list[str]:
     return [name for name in model.materials if name in used]
 
 
-def _component_problems(model: Model, key: str, body: RigidBody) -> Iterator[Problem]:
+def _component_problems(model: Declaration, key: str, body: RigidBody) -> Iterator[Problem]:
     """Components of motion or force that this kind of analysis does not have."""
     kind = model.analysis.kind
     components = body.components(model.dimension, kind)
@@ -165,7 +167,7 @@ def _absent(key: str, component: str, kind: str, value: Any) -> Problem:
     return Problem(key, f"{kind} has no component {component}", f"choose from {names}", value)
 
 
-def _form_problems(model: Model, key: str, body: RigidBody) -> Iterator[Problem]:
+def _form_problems(model: Declaration, key: str, body: RigidBody) -> Iterator[Problem]:
     inertia, kind = body.moments_of_inertia, model.analysis.kind
     if kind == "axisymmetric":
         if len(body.centre) == 2 and body.centre[0] != 0.0:
@@ -187,7 +189,7 @@ def _form_problems(model: Model, key: str, body: RigidBody) -> Iterator[Problem]
             yield Problem(f"{key}.moments_of_inertia", what, remedy, inertia)
 
 
-def _inertia_problems(model: Model, key: str, body: RigidBody) -> Iterator[Problem]:
+def _inertia_problems(model: Declaration, key: str, body: RigidBody) -> Iterator[Problem]:
     """Free components need inertia, and only they have a velocity of their own."""
     components = body.components(model.dimension, model.analysis.kind)
     free = [each for each in components if not body.is_prescribed(each)]
@@ -215,7 +217,7 @@ def _inertia_problems(model: Model, key: str, body: RigidBody) -> Iterator[Probl
             yield Problem(f"{key}.angular_velocity", what, "", spin)
 
 
-def _free_components(model: Model, key: str, body: RigidBody) -> Iterator[Problem]:
+def _free_components(model: Declaration, key: str, body: RigidBody) -> Iterator[Problem]:
     """Free components with nothing that holds or loads them."""
     gravity = any(isinstance(load, BodyForce) for load in model.loads)
     if model.analysis.inertia is not None:

@@ -16,7 +16,7 @@ from tilth.model.problems import reject, unknown_name
 
 if TYPE_CHECKING:
     from tilth.model.bodies import Body
-    from tilth.model.model import Model
+    from tilth.model.declaration import Declaration
     from tilth.model.shapes import Bounds
 
 MOST_OVERLAYS = 7
@@ -84,7 +84,7 @@ def overlays_of_bodies(bodies: Sequence[Body], pairs: Sequence[ContactPair]) -> 
     return overlays
 
 
-def contact_pair_problems(model: Model) -> Iterator[Problem]:
+def contact_pair_problems(model: Declaration) -> Iterator[Problem]:
     """Yields what is wrong with the contact pairs of a model, but not with their laws."""
     bodies = {body.name: body for body in model.bodies}
     first_with: dict[frozenset[str], int] = {}
@@ -102,7 +102,7 @@ def contact_pair_problems(model: Model) -> Iterator[Problem]:
         yield from _surface_problems(model, key, bodies[pair.bodies[0]])
 
 
-def _surface_problems(model: Model, key: str, body: Body) -> Iterator[Problem]:
+def _surface_problems(model: Declaration, key: str, body: Body) -> Iterator[Problem]:
     where = f"bodies[{[each.name for each in model.bodies].index(body.name)}]"
     if body.surface is None:
         what = f"the first body, {body.name!r}, has no tracked surface, on which contact acts"
@@ -117,7 +117,7 @@ def _surface_problems(model: Model, key: str, body: Body) -> Iterator[Problem]:
         yield Problem(key, what, remedy, body.name)
 
 
-def overlay_problems(model: Model) -> Iterator[Problem]:
+def overlay_problems(model: Declaration) -> Iterator[Problem]:
     """Yields too many overlays."""
     overlays = model.overlays()
     if max(overlays.values()) >= MOST_OVERLAYS:
@@ -129,7 +129,7 @@ def overlay_problems(model: Model) -> Iterator[Problem]:
         yield Problem("contact_pairs", what, "declare fewer pairs between the same bodies")
 
 
-def unpaired_bodies(model: Model) -> Iterator[tuple[str, str]]:
+def unpaired_bodies(model: Declaration) -> Iterator[tuple[str, str]]:
     """Yields names of bodies of different overlays that have no contact pair but may meet.
 
     They are there at the same time, and bounding boxes, where they are known, are near.
@@ -146,13 +146,13 @@ def unpaired_bodies(model: Model) -> Iterator[tuple[str, str]]:
                 yield names
 
 
-def _together(model: Model, *names: str) -> bool:
+def _together(model: Declaration, *names: str) -> bool:
     """Whether bodies are there at the same time in any stage."""
     absences = model.of_stages[0].stage.absences or (frozenset(),)
     return any(not each.intersection(names) for each in absences)
 
 
-def _near(model: Model, one: Bounds | None, other: Bounds | None) -> bool:
+def _near(model: Declaration, one: Bounds | None, other: Bounds | None) -> bool:
     """Whether two bounding boxes come nearer than a cell, or one of them is not known (a mesh)."""
     if one is None or other is None:
         return True

@@ -13,11 +13,11 @@ from pydantic import AfterValidator, PlainValidator, model_validator
 from tilth.errors import Problem
 from tilth.model.base import Declared, DeclaredFile
 from tilth.model.cam_clay import ModifiedCamClay
+from tilth.model.declaration import FORMAT, format_of, one
 from tilth.model.element_tests import AnyElementTest, Names
 from tilth.model.fields import AsTuple, CellName, Entries, Name, Text
 from tilth.model.laws import Law
 from tilth.model.materials import Material, codes_of, laws_of
-from tilth.model.model import FORMAT, format_of, one
 from tilth.model.problems import dotted, rejection, unknown_name
 from tilth.model.settings import Units
 

@@ -17,10 +17,10 @@ from tilth.model.soils import DruckerPrager, MohrCoulomb
 from tilth.model.staging import placed_later
 
 if TYPE_CHECKING:
-    from tilth.model.model import Model
+    from tilth.model.declaration import Declaration
 
 
-def initial_problems(model: Model) -> Iterator[Problem]:
+def initial_problems(model: Declaration) -> Iterator[Problem]:
     """Yields what is wrong with the initial stress and velocity."""
     yield from _entries(model)
     yield from _velocities(model)
@@ -48,7 +48,7 @@ def initial_problems(model: Model) -> Iterator[Problem]:
         yield Problem("initial.reset_plastic_strain", "there is no [[initial.stress]]", remedy)
 
 
-def _entries(model: Model) -> Iterator[Problem]:
+def _entries(model: Declaration) -> Iterator[Problem]:
     bodies = {body.name: body for body in model.bodies}
     numbers: dict[str, int] = {}
     components = 6 if model.dimension == 3 else 4
@@ -79,7 +79,7 @@ def _entries(model: Model) -> Iterator[Problem]:
             yield Problem("initial.equilibrium", what, "leave it out", value=False)
 
 
-def _velocities(model: Model) -> Iterator[Problem]:
+def _velocities(model: Declaration) -> Iterator[Problem]:
     bodies = {body.name: body for body in model.bodies}
     numbers: dict[str, int] = {}
     for i, entry in enumerate(model.initial.velocity):
@@ -108,7 +108,7 @@ def _velocities(model: Model) -> Iterator[Problem]:
             yield Problem(f"{key}.centre", what, "", entry.centre)
 
 
-def _is_loaded(model: Model) -> bool:
+def _is_loaded(model: Declaration) -> bool:
     """Whether a load or water may act at time 0; a stage may have other factors."""
     return (
         bool(model.stages)
@@ -117,7 +117,7 @@ def _is_loaded(model: Model) -> bool:
     )
 
 
-def _at_rest(model: Model, entry: AtRest, key: str, body: Body) -> Iterator[Problem]:
+def _at_rest(model: Declaration, entry: AtRest, key: str, body: Body) -> Iterator[Problem]:
     """What is wrong with the coefficients at rest of a body's materials."""
     for name in entry.materials:
         if name not in body.materials:
@@ -209,7 +209,7 @@ def at_rest_of(entry: AtRest, material: str) -> RestOfMaterial:
     )
 
 
-def _preconsolidation(model: Model) -> Iterator[Problem]:
+def _preconsolidation(model: Declaration) -> Iterator[Problem]:
     """Cam Clay's preconsolidation comes either from its material or from the initial stress."""
     for i, body in enumerate(model.bodies):
         found = model.initial.of(body.name)

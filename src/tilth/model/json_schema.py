@@ -17,8 +17,9 @@ from pydantic.fields import FieldInfo
 
 from tilth.model import fields
 from tilth.model.base import Declared, meaning_of
+from tilth.model.declaration import FORMAT
 from tilth.model.element_case import ElementCase
-from tilth.model.model import FORMAT, Model
+from tilth.model.model import Model
 from tilth.model.stages import Stage
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"

@@ -17,7 +17,7 @@ from tilth.model.implicit import ImplicitBoundary
 from tilth.model.surface import SurfaceLoad
 
 if TYPE_CHECKING:
-    from tilth.model.model import Model
+    from tilth.model.declaration import Declaration
 
 MOST_CELLS = 500_000
 """Cells from the grid's origin to soil or a node with a condition, at most: the indices of nodes
@@ -38,7 +38,7 @@ MOST_ELONGATED = 1e4
 """Ratio of the longest edge of a cell to the shortest, at most; of all cells of a graded grid."""
 
 
-def magnitude_problems(model: Model) -> Iterator[Problem]:
+def magnitude_problems(model: Declaration) -> Iterator[Problem]:
     """Yields positions too far from the grid's origin or from zero, and sizes too small for it.
 
     Only that where the cells are too elongated: nothing else can be told then.
@@ -68,7 +68,7 @@ def magnitude_problems(model: Model) -> Iterator[Problem]:
             yield Problem(f"boundaries[{i}].at", *too_far, boundary.at)
 
 
-def _too_far(model: Model, position: Sequence[float]) -> tuple[str, str] | None:
+def _too_far(model: Declaration, position: Sequence[float]) -> tuple[str, str] | None:
     """Returns (problem, remedy) for a position too many cells from the grid's origin, or None."""
     for k, x in enumerate(position):
         if (cells := abs(model.grid_axis(k).in_cells(x))) > MOST_CELLS:
@@ -77,7 +77,7 @@ def _too_far(model: Model, position: Sequence[float]) -> tuple[str, str] | None:
     return None
 
 
-def _beyond_resolution(model: Model) -> Iterator[Problem]:
+def _beyond_resolution(model: Declaration) -> Iterator[Problem]:
     greatest = LARGEST_COORDINATE * min(model.cell_size)
     for key, value in _lengths(model):
         if value is not None and any(abs(each) > greatest for each in _numbers(value)):
@@ -88,7 +88,7 @@ def _beyond_resolution(model: Model) -> Iterator[Problem]:
             yield Problem(key, what, "use larger cells, or coordinates nearer to 0", value)
 
 
-def _too_small(model: Model) -> Iterator[Problem]:
+def _too_small(model: Declaration) -> Iterator[Problem]:
     least = SMALLEST_LENGTH * min(model.cell_size)
     for i, body in enumerate(model.bodies):
         spacing = body.surface.spacing if body.surface is not None else None
@@ -102,7 +102,7 @@ def _too_small(model: Model) -> Iterator[Problem]:
             yield Problem(key, what, "use smaller cells, or a larger size", value)
 
 
-def _too_large(model: Model) -> Iterator[Problem]:
+def _too_large(model: Declaration) -> Iterator[Problem]:
     for key, geometry in model.geometries():
         cells = _cells_passed(model, geometry)
         if cells > geometry.most_cells:
@@ -111,7 +111,7 @@ def _too_large(model: Model) -> Iterator[Problem]:
             yield Problem(key, what, remedy)
 
 
-def _cells_passed(model: Model, geometry: DeclaredGeometry) -> float:
+def _cells_passed(model: Declaration, geometry: DeclaredGeometry) -> float:
     """Returns the number of cells through which a geometry passes, about.
 
     On a graded grid that of a line by its vertices, of others as if all cells were the smallest.
@@ -124,7 +124,7 @@ def _cells_passed(model: Model, geometry: DeclaredGeometry) -> float:
     return sum(math.dist(one, other) for one, other in pairwise(cells))
 
 
-def _soil_length(model: Model) -> float:
+def _soil_length(model: Declaration) -> float:
     """Returns the diagonal of the bodies whose bounds are declared [length]."""
     bounds = [found for body in model.bodies if (found := body.shape.bounds()) is not None]
     if not bounds:
@@ -134,7 +134,7 @@ def _soil_length(model: Model) -> float:
     return math.dist(lower, upper)
 
 
-def _sizes(model: Model) -> Iterator[tuple[str, Any]]:
+def _sizes(model: Declaration) -> Iterator[tuple[str, Any]]:
     """Yields the sizes of bodies, of implicit boundaries and of rigid bodies."""
     for i, body in enumerate(model.bodies):
         if bounds := body.shape.bounds():
@@ -160,7 +160,7 @@ _POSITIONS = (
 """Entries of geometries that are positions or sizes."""
 
 
-def _lengths(model: Model) -> Iterator[tuple[str, Any]]:
+def _lengths(model: Declaration) -> Iterator[tuple[str, Any]]:
     """Yields every position that is compared with positions of the soil, and every radius."""
     yield "grid.origin", model.grid.origin
     for axis, size in zip(AXES, along_axes(model.grid.cell_size, model.dimension), strict=False):

@@ -8,7 +8,7 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from tilth.model.model import Model
+    from tilth.model.declaration import Declaration
 
 MOST = 6
 """Entries of a list that are named."""
@@ -21,7 +21,7 @@ def html_table(rows: Mapping[str, str]) -> str:
     return f"<table>{''.join(cells)}</table>"
 
 
-def overview(model: Model) -> dict[str, str]:
+def overview(model: Declaration) -> dict[str, str]:
     """Returns what is shown of a model, by headings."""
     cells = " x ".join(f"{size:g}" for size in model.cell_size)
     graded = any(len(line) for line in model.lines)

@@ -15,7 +15,7 @@ from tilth.model.implicit import ImplicitBoundary
 from tilth.model.problems import below
 
 if TYPE_CHECKING:
-    from tilth.model.model import Model
+    from tilth.model.declaration import Declaration
 
 ON_GRID_LINE = 1e-9
 """Distance from a grid line, as a fraction of a cell, below which a position is on it."""
@@ -25,7 +25,7 @@ LEAST_BAND = 1e-8
 """Width of the band of an implicit boundary, at least, as a fraction of the smallest edge."""
 
 
-def geometry_problems(model: Model) -> list[Problem]:
+def geometry_problems(model: Declaration) -> list[Problem]:
     """Returns the problems of boundaries off the grid lines or too wide, and of bodies outside."""
     return [
         *_lines_that_move(model),
@@ -36,7 +36,7 @@ def geometry_problems(model: Model) -> list[Problem]:
     ]
 
 
-def _lines_that_move(model: Model) -> Iterator[Problem]:
+def _lines_that_move(model: Declaration) -> Iterator[Problem]:
     """Conditions on lines that move because the grid follows a boundary."""
     follow = model.grid.follow
     for i, boundary in enumerate(model.boundaries if follow is not None else ()):
@@ -53,7 +53,7 @@ def _lines_that_move(model: Model) -> Iterator[Problem]:
             yield Problem(f"boundaries[{i}]", what, 'make it one of type = "implicit"')
 
 
-def _off_grid_lines(model: Model) -> Iterator[Problem]:
+def _off_grid_lines(model: Declaration) -> Iterator[Problem]:
     for i, boundary in enumerate(model.boundaries):
         if isinstance(boundary, PlaneBoundary):
             wrong = _nearest_lines(model, AXES.index(boundary.axis), boundary.at)
@@ -66,7 +66,7 @@ def _off_grid_lines(model: Model) -> Iterator[Problem]:
                 yield Problem(f"boundaries[{i}].at", "is not a grid node", remedy, boundary.at)
 
 
-def _implicit(model: Model) -> Iterator[Problem]:
+def _implicit(model: Declaration) -> Iterator[Problem]:
     edge = min(model.cell_size)
     for i, boundary in enumerate(model.boundaries):
         if not isinstance(boundary, ImplicitBoundary):
@@ -85,7 +85,7 @@ def _implicit(model: Model) -> Iterator[Problem]:
             yield from below(key, geometry.axisymmetry_problems())
 
 
-def _nearest_lines(model: Model, direction: int, at: float) -> str:
+def _nearest_lines(model: Declaration, direction: int, at: float) -> str:
     """Returns a remedy with the two nearest grid lines, or "" for a position on a grid line."""
     axis = model.grid_axis(direction)
     number = axis.in_cells(at)
@@ -95,7 +95,7 @@ def _nearest_lines(model: Model, direction: int, at: float) -> str:
     return f"the nearest grid lines are {AXES[direction]} = {below:.9g} and {above:.9g}"
 
 
-def _out_of_bounds(model: Model) -> Iterator[Problem]:
+def _out_of_bounds(model: Declaration) -> Iterator[Problem]:
     limits = model.grid.limits
     slack = [ON_GRID_LINE * size for size in model.cell_size]
     for i, body in enumerate(model.bodies):

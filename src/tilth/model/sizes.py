@@ -28,10 +28,10 @@ from tilth.model.variation import (
 )
 
 if TYPE_CHECKING:
-    from tilth.model.model import Model
+    from tilth.model.declaration import Declaration
 
 
-def size_problems(model: Model) -> list[Problem]:
+def size_problems(model: Declaration) -> list[Problem]:
     """Returns every entry that does not fit the dimension of the analysis."""
     kind, dimension = model.analysis.kind, model.dimension
     problems = [p for key, value in _vectors(model) for p in _length(key, value, dimension, kind)]
@@ -62,7 +62,7 @@ def size_problems(model: Model) -> list[Problem]:
     return problems
 
 
-def _grids(model: Model) -> Iterator[Problem]:
+def _grids(model: Declaration) -> Iterator[Problem]:
     """Axes without a cell size or a direction, and origins that are not the first place."""
     grids = [
         ("grid", model.grid),
@@ -93,7 +93,7 @@ def _grids(model: Model) -> Iterator[Problem]:
                 yield Problem(f"{key}.cell_size.{axis}", what, "give a row with place 0", rows)
 
 
-def _surfaces(model: Model) -> Iterator[Problem]:
+def _surfaces(model: Declaration) -> Iterator[Problem]:
     """Entries of surfaces and their loads that are only for curves, or only for triangles."""
     if model.dimension == 2:
         for i, load in enumerate(model.loads):
@@ -117,7 +117,7 @@ def _surfaces(model: Model) -> Iterator[Problem]:
                 yield Problem(f"loads[{i}].{key}", "is for curves in 2D", remedy)
 
 
-def _forces(model: Model) -> Iterator[Problem]:
+def _forces(model: Declaration) -> Iterator[Problem]:
     """Forces that the kind of the analysis does not have."""
     for i, load in enumerate(model.loads):
         if isinstance(load, LineForce) and model.dimension == 2:
@@ -138,7 +138,7 @@ def _forces(model: Model) -> Iterator[Problem]:
             yield Problem(f"loads[{i}].coefficient", what, remedy, load.coefficient)
 
 
-def _levels(model: Model) -> Iterator[Problem]:
+def _levels(model: Declaration) -> Iterator[Problem]:
     """Polylines in 3D, where a surface is a number or a file; survey points where none may be."""
     for key, level in levels(model):
         if model.dimension == 3 and isinstance(level, tuple):
@@ -154,7 +154,7 @@ def _levels(model: Model) -> Iterator[Problem]:
                 yield Problem(f"{key}.places", what, remedy, level.places)
 
 
-def levels(model: Model) -> Iterator[tuple[str, Any]]:
+def levels(model: Declaration) -> Iterator[tuple[str, Any]]:
     """Yields every declared elevation of a surface or a horizon, with its key."""
     for key, variation in _variations(model):
         if isinstance(variation, ByDepth):
@@ -182,7 +182,7 @@ def levels(model: Model) -> Iterator[tuple[str, Any]]:
             yield f"{key}.initial_level", water.initial_level
 
 
-def _variations(model: Model) -> Iterator[tuple[str, Variation]]:
+def _variations(model: Declaration) -> Iterator[tuple[str, Variation]]:
     """Yields every material parameter and initial stress that varies, with its key."""
     for name, material in model.materials.items():
         for key, variation in variations(material).items():
@@ -192,7 +192,7 @@ def _variations(model: Model) -> Iterator[tuple[str, Variation]]:
             yield f"{place}.{key}", variation
 
 
-def _vectors(model: Model) -> Iterator[tuple[str, Any]]:
+def _vectors(model: Declaration) -> Iterator[tuple[str, Any]]:
     """Yields every entry that may be a vector with one component per direction."""
     yield "grid.origin", model.grid.origin
     yield "grid.cell_size", model.grid.cell_size
@@ -249,7 +249,7 @@ def _vectors(model: Model) -> Iterator[tuple[str, Any]]:
         yield f"track[{i}].about", track.about
 
 
-def _axes(model: Model) -> Iterator[tuple[str, Iterable[str]]]:
+def _axes(model: Declaration) -> Iterator[tuple[str, Iterable[str]]]:
     """Yields every entry that names axes or components."""
     for key, variation in _variations(model):
         if isinstance(variation, AlongAxis):

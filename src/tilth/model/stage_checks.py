@@ -28,10 +28,10 @@ from tilth.model.staging import (
 )
 
 if TYPE_CHECKING:
-    from tilth.model.model import Model
+    from tilth.model.declaration import Declaration
 
 
-def stage_problems(model: Model) -> Iterator[Problem]:
+def stage_problems(model: Declaration) -> Iterator[Problem]:
     """Yields what is wrong with the entries of the stages of a model."""
     if len(model.stages) > MOST_STAGES:
         yield Problem("stages", f"has {len(model.stages):,} entries", f"at most {MOST_STAGES:,}")
@@ -108,7 +108,7 @@ def stage_problems(model: Model) -> Iterator[Problem]:
 
 
 def _factor_problems(
-    model: Model, key: str, stage: Stage, acting: set[str], kinds: Mapping[str, list[str]]
+    model: Declaration, key: str, stage: Stage, acting: set[str], kinds: Mapping[str, list[str]]
 ) -> Iterator[Problem]:
     items = dict(named_items(model))
     scaled = [n for n, d in items.items() if not isinstance(d, BOUNDARIES) or moves(d)]
@@ -134,7 +134,7 @@ def _factor_problems(
 
 
 def _force_factor_problems(
-    model: Model, key: str, stage: Stage, acting: set[str]
+    model: Declaration, key: str, stage: Stage, acting: set[str]
 ) -> Iterator[Problem]:
     bodies = {body.name: body for body in model.rigid_bodies}
     where = f"{key}.force_factors"
@@ -153,7 +153,7 @@ def _force_factor_problems(
 
 
 def _excavation_problems(
-    model: Model, key: str, stage: Stage, present: set[str]
+    model: Declaration, key: str, stage: Stage, present: set[str]
 ) -> Iterator[Problem]:
     bodies = {body.name: body for body in model.bodies}
     for i, region in enumerate(stage.excavate):
@@ -168,7 +168,7 @@ def _excavation_problems(
             yield Problem(where, what, remedy, region.body)
 
 
-def _lost_velocities(of_stage: Model, stage: Stage, begun: set[str]) -> Iterator[Problem]:
+def _lost_velocities(of_stage: Declaration, stage: Stage, begun: set[str]) -> Iterator[Problem]:
     """Yields velocities of bodies that come in a stage without inertia, which ends at rest.
 
     begun: bodies that were there in an earlier stage; these are added.
@@ -193,7 +193,7 @@ def _lost_velocities(of_stage: Model, stage: Stage, begun: set[str]) -> Iterator
     begun |= {name for _, name in given}
 
 
-def problems_in_stages(model: Model) -> Iterator[Problem]:
+def problems_in_stages(model: Declaration) -> Iterator[Problem]:
     """Yields what does not fit together in the model of a stage; its own entries are right."""
     held: dict[str, float] = {}
     complained: list[int] = []
@@ -224,7 +224,7 @@ def problems_in_stages(model: Model) -> Iterator[Problem]:
         yield from _state_problems(of_stage, complained)
 
 
-def _state_problems(of_stage: Model, complained: list[int]) -> Iterator[Problem]:
+def _state_problems(of_stage: Declaration, complained: list[int]) -> Iterator[Problem]:
     """Yields what does not fit together in a stage, or in the initial state.
 
     complained: numbers of the loads that were complained of; those of now are added.
@@ -259,7 +259,7 @@ def _state_problems(of_stage: Model, complained: list[int]) -> Iterator[Problem]
         yield Problem(key, what, problem.remedy, problem.value)
 
 
-def _initial_problems(model: Model, initial: Model) -> Iterator[Problem]:
+def _initial_problems(model: Declaration, initial: Declaration) -> Iterator[Problem]:
     """Yields what is wrong with the initial state that the first stage changes.
 
     initial: its model.
@@ -295,7 +295,7 @@ def _initial_problems(model: Model, initial: Model) -> Iterator[Problem]:
         yield Problem(key, what, remedy)
 
 
-def _exchange_problems(model: Model, models: Sequence[Model]) -> Iterator[Problem]:
+def _exchange_problems(model: Declaration, models: Sequence[Declaration]) -> Iterator[Problem]:
     """Yields exchanged materials of Cam Clay that nothing gives a preconsolidation."""
     seen: set[str] = set()
     for of_stage in models:

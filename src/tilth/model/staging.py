@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import BaseModel
 
@@ -24,7 +24,9 @@ from tilth.model.staged_bodies import at_start, in_stage
 from tilth.model.stages import Stage, StrengthReductionStage
 
 if TYPE_CHECKING:
-    from tilth.model.model import Model
+    from tilth.model.declaration import Declaration
+
+M = TypeVar("M", bound="Declaration")
 
 Rows = tuple[tuple[float, float], ...]
 
@@ -69,7 +71,7 @@ class StageOfModel:
     absent_loads: frozenset[int] = frozenset()
     boundary_keys: Mapping[str, str] | None = None
     rigid_body_keys: Mapping[str, str] | None = None
-    initial: Model | None = None
+    initial: Declaration | None = None
     follows: bool = False
     releases: bool = False
 
@@ -88,7 +90,7 @@ class StageOfModel:
         return not self.follows or self.declared is None or name in self.declared.activate
 
 
-def loading_stages(model: Model) -> list[tuple[int, Stage]]:
+def loading_stages(model: Declaration) -> list[tuple[int, Stage]]:
     """Returns the stages of the type "loading" with their indices among all stages."""
     return [(i, stage) for i, stage in enumerate(model.stages) if isinstance(stage, Stage)]
 
@@ -117,7 +119,7 @@ def first_mentions(stages: Iterable[Stage]) -> dict[str, str]:
     return found
 
 
-def stage_models(model: Model) -> tuple[Model, ...]:
+def stage_models(model: M) -> tuple[M, ...]:
     """Returns the model of each stage of a model with stages."""
     stages, initial = loading_stages(model), initial_model(model)
     acting = _names(model) - placed_later(model)
@@ -185,7 +187,7 @@ def stage_models(model: Model) -> tuple[Model, ...]:
     return tuple(found)
 
 
-def initial_model(model: Model) -> Model:
+def initial_model(model: M) -> M:
     """Returns the model of the state in which the soil is before the first stage changes it.
 
     What no stage activates first is there, as it is at time 0, and stays so: loads and water have
@@ -215,7 +217,7 @@ def initial_model(model: Model) -> Model:
     )  # fmt: skip
 
 
-def placed_later(model: Model) -> set[str]:
+def placed_later(model: Declaration) -> set[str]:
     """Returns the names of what a stage activates before any removes it: it is not there at first.
 
     Empty without stages.
@@ -229,7 +231,7 @@ def _factor_at_start(declared: Any, name: str, stage: Stage) -> float:
     return float(LoadCurve(_table(declared, name, stage, None, False)).factor(0.0))
 
 
-def changes_initial_state(model: Model, first: Stage) -> bool:
+def changes_initial_state(model: Declaration, first: Stage) -> bool:
     """Whether the state at the start of the first stage is not the initial one.
 
     Without a stress at the start only an excavated region makes a difference.
@@ -248,7 +250,7 @@ def is_nameless(name: str) -> bool:
     return name.startswith("\0")
 
 
-def named_items(model: Model) -> Iterator[tuple[str, Any]]:
+def named_items(model: Declaration) -> Iterator[tuple[str, Any]]:
     """Yields all loads, boundaries and rigid bodies with their names; a load without one has that
     of `is_nameless`.
     """
@@ -260,7 +262,7 @@ def named_items(model: Model) -> Iterator[tuple[str, Any]]:
         yield body.name, body
 
 
-def _names(model: Model) -> set[str]:
+def _names(model: Declaration) -> set[str]:
     return {name for name, _ in named_items(model)} | {body.name for body in model.bodies}
 
 
@@ -280,7 +282,7 @@ def _table(declared: Any, name: str, stage: Stage, held: float | None, ending: b
     return tuple((row[0], row[1]) for row in rows)
 
 
-def _with_materials(model: Model, exchanged: Mapping[str, str]) -> tuple[Any, ...]:
+def _with_materials(model: Declaration, exchanged: Mapping[str, str]) -> tuple[Any, ...]:
     """Returns the bodies with the materials of a stage."""
 
     def of(entry: Any) -> Any:
@@ -295,10 +297,10 @@ def _with_materials(model: Model, exchanged: Mapping[str, str]) -> tuple[Any, ..
 
 
 def _model_of(
-    model: Model, number: int, stage: Stage, start: float, acting: set[str],
+    model: M, number: int, stage: Stage, start: float, acting: set[str],
     tables: Mapping[str, Rows], jumps: tuple[tuple[str, float, float], ...],
-    initial: Model | None, **changes: Any,
-) -> Model:  # fmt: skip
+    initial: M | None, **changes: Any,
+) -> M:  # fmt: skip
     """Returns the model of a stage, or of the initial state without `initial`."""
     kept = [b for b in model.boundaries if b.name in acting]
     boundaries = tuple(copied(b, factor=tables[b.name]) if moves(b) else b for b in kept)
@@ -306,7 +308,7 @@ def _model_of(
         copied(load, factor=tables.get(_load_name(i, load), load.factor))
         for i, load in enumerate(model.loads)
     )
-    result: Model = copied(
+    result: M = copied(
         model, stages=(), schedule=stage.schedule, boundaries=boundaries, loads=loads, **changes
     )
     own = loading_stages(model)

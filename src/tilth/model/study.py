@@ -11,6 +11,7 @@ from pydantic import AfterValidator, Field, PlainValidator, model_validator
 from tilth.errors import Problem
 from tilth.model.base import Declared, DeclaredFile, chosen_by
 from tilth.model.davis import DavisForm
+from tilth.model.declaration import FORMAT, format_of, one
 from tilth.model.fields import (
     AsTuple,
     CellName,
@@ -25,7 +26,6 @@ from tilth.model.fields import (
     Text,
     as_list,
 )
-from tilth.model.model import FORMAT, format_of, one
 from tilth.model.problems import reject, rejection
 from tilth.model.strength_reduction import FactorTolerance
 

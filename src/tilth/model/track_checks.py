@@ -11,7 +11,7 @@ from tilth.model.implicit import ImplicitBoundary
 from tilth.model.track import OF_RELAXATION, Track
 
 if TYPE_CHECKING:
-    from tilth.model.model import Model
+    from tilth.model.declaration import Declaration
 
 _OF_BODIES = ("rigid_displacement", "rigid_rotation")
 _OF_IMPLICIT = ("penetration",)
@@ -29,7 +29,7 @@ WITHOUT_END = ("plane", "cylinder", "function")
 """Geometries without a lowest point."""
 
 
-def track_problems(model: Model) -> Iterator[Problem]:
+def track_problems(model: Declaration) -> Iterator[Problem]:
     """Yields tracked quantities of boundaries or bodies that do not have them."""
     bodies = {body.name: body for body in model.rigid_bodies}
     boundaries = {boundary.name: boundary for boundary in model.boundaries}

@@ -12,13 +12,13 @@ from tilth.errors import Problem
 from tilth.model.implicit import ImplicitBoundary
 
 if TYPE_CHECKING:
-    from tilth.model.model import Model
+    from tilth.model.declaration import Declaration
 
 LARGEST_TURN = 90.0
 """Rotation of a boundary or rigid body in a step of the schedule [degrees], at most."""
 
 
-def turns_in_steps(model: Model) -> Iterator[Problem]:
+def turns_in_steps(model: Declaration) -> Iterator[Problem]:
     """Yields rotations by more than `LARGEST_TURN` in a step of the schedule.
 
     They are prescribed, or those of free bodies at the start. From half a turn on a step cannot
@@ -45,7 +45,7 @@ def _too_large(key: str, degrees: float, remedy: str) -> Iterator[Problem]:
         yield Problem(key, f"{what}{LARGEST_TURN:g}", f"give {remedy}, or more steps")
 
 
-def _rotations(model: Model) -> Iterator[tuple[str, Any]]:
+def _rotations(model: Declaration) -> Iterator[tuple[str, Any]]:
     """Yields the keys and the rows (time, angle [degrees]) of all prescribed rotations."""
     keys = model.boundary_keys()
     for boundary in model.boundaries:

@@ -41,7 +41,7 @@ def initial_points(model: Model) -> MaterialPoints:
     starts: dict[int, Start] = {}
     declared: list[dict[str, Floats]] = []
     start, overlays, grid = 0, model.overlays(), background_grid(model)
-    first = model if model.stage.initial is None else model.stage.initial
+    first = model if model.initial_model is None else model.initial_model
     for number, body in enumerate(model.bodies):
         part = discretise(body, model.analysis.kind, grid)
         part, counts = by_layer(body, part, f"bodies[{number}]")

@@ -18,8 +18,8 @@ from tilth.errors import BadInput
 from tilth.geometry.make import make_shape, make_shapes
 from tilth.geometry.protocol import Geometry
 from tilth.model import ContactPair, ImplicitBoundary, Model
+from tilth.model.declaration import BAND
 from tilth.model.load_curve import LoadCurve
-from tilth.model.model import BAND
 from tilth.surface.protocol import BodySurface
 
 DIRECTIONS = 100
