@@ -153,11 +153,12 @@ class Stopped(Exception):
 def next_balance(
     simulation: Simulation, before: float, after: float, monkeypatch: pytest.MonkeyPatch
 ) -> Balance:
-    """Balance of the next step, which is not taken, at the first values of its unknowns."""
+    """Balance of the next step, which begins at its first unknowns and is not taken."""
     found: list[Balance] = []
 
     def stop(balance: Balance, *_: Any) -> None:
-        balance.first_unknowns()  # as a step does; from then on contact may hold a free body
+        zero = np.zeros((balance.active.nodes, balance.active.grid.dim))
+        balance.begin(zero, balance.first_unknowns())
         found.append(balance)
         raise Stopped
 
@@ -185,6 +186,7 @@ def linearised(term: AssembledContact, balance: Balance, u: Floats, g: Floats) -
         term.forces(u, g)
         blocks = np.zeros((len(balance.active.column), dim, dim))
         term.add_stiffness(u, blocks)
+        term.linearised()
     term.forces(u, g)
     return blocks
 

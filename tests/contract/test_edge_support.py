@@ -144,7 +144,7 @@ def test_a_frozen_geometry_has_the_same_forces() -> None:
     balance = Balance(active, [term])
     u = 0.05 * np.random.default_rng(2).normal(size=(active.nodes, 2))
     balance.forces(u)
-    balance.commit(u)
+    balance.commit(u, balance.check(u))
     expected = Balance(active, [support(simulation, active, owner)]).forces(u).residual
     frozen = Balance(active, [support(simulation, active, owner, 1e4)])
     np.testing.assert_allclose(frozen.forces(1e-4 * u).residual, expected, rtol=1e-9)
@@ -158,7 +158,7 @@ def test_what_is_kept_decays_with_motion_and_is_restored() -> None:
     for motion in (u, still):
         balance = Balance(active, [support(simulation, active, owner)])
         held = balance.forces(motion).residual
-        balance.commit(motion)
+        balance.commit(motion, balance.check(motion))
     again = EdgeSupport(2)
     again.restore(owner.state())
     after = Balance(active, [support(simulation, active, again)]).forces(still).residual
@@ -168,7 +168,7 @@ def test_what_is_kept_decays_with_motion_and_is_restored() -> None:
         balance = Balance(active, [support(simulation, active, owner)])
         flow = np.full_like(still, 0.2)  # a uniform motion makes no kink
         balance.forces(flow)
-        balance.commit(flow)
+        balance.commit(flow, balance.check(flow))
     after = Balance(active, [support(simulation, active, owner)]).forces(still).residual
     assert np.abs(after).max() < 0.02 * carried
 

@@ -3,8 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from typing import Any
 
 import numpy as np
 
@@ -34,7 +35,7 @@ class WatchedBalance(Balance):
     kinetic_change: float
     size: float
 
-    def commit(self, displacement: Floats) -> None:
+    def commit(self, displacement: Floats, checked: Sequence[Any]) -> None:
         """As `Balance.commit`."""
         global _last
         springs = self.terms[SPRINGS]
@@ -48,7 +49,7 @@ class WatchedBalance(Balance):
         soil = [np.linalg.norm(term.force(displacement)) for term in self.terms[:2]]
         self.size = float(max(soil))
         _last = self
-        super().commit(displacement)
+        super().commit(displacement, checked)
 
 
 _last: WatchedBalance | None = None

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -29,8 +29,12 @@ def require_acceptable(
     displacement: Floats,
     moved: Floats,
     is_least: bool,
-) -> float:
-    """Checks a converged step; returns how large it may be, see `StepResult.possible_size`.
+) -> tuple[list[Any], float]:
+    """Checks a converged step.
+
+    Returns:
+        What `Balance.commit` needs of `Balance.check`, and how large the step may be, see
+        `StepResult.possible_size`.
 
     Raises:
         StepFailed: it cannot be committed.
@@ -41,7 +45,7 @@ def require_acceptable(
     with together(simulation.comm):
         simulation.grid.require_inside(position, points.point_id)
         require_short_motion(simulation.body_contacts, motions)
-        balance.require_acceptable(displacement)
+        checked = balance.check(displacement)
     possible = math.inf
     if simulation.dynamics is not None:
         cells = simulation.grid.sizes_at(points.position)
@@ -54,7 +58,7 @@ def require_acceptable(
                 simulation.implicit, points, position, before, after, simulation.grid
             )
             require_not_passed(touching, contacts, points, position, before, after)
-    return possible
+    return checked, possible
 
 
 def warn(

@@ -277,13 +277,13 @@ class _Search:
         equilibrium = solve(simulation, step, soil, balance, self._on_iteration, NEWTON_RESIDUAL)
         self.iterations += equilibrium.iterations
         with together(simulation.comm):
-            balance.require_acceptable(equilibrium.displacement)
+            checked = balance.check(equilibrium.displacement)
         points = simulation.points
         kept = {name: getattr(points, name).copy() for name in _KEPT}
         if self._left == 0.0:
             kept["elastic_share"] = points.elastic_share.copy()
         places = [body.place_now() for body in simulation.bodies]
-        balance.commit(equilibrium.displacement)
+        balance.commit(equilibrium.displacement, checked)
         put_back(points, kept)
         for body, place in zip(simulation.bodies, places, strict=True):
             body.put_back(place)

@@ -424,14 +424,16 @@ class Simulation:
         displacement = equilibrium.displacement
         moved = soil.interpolate(displacement)
         try:
-            possible = require_acceptable(self, step, balance, displacement, moved, is_least)
+            checked, possible = require_acceptable(
+                self, step, balance, displacement, moved, is_least
+            )
         except StepFailed as failure:
             failure.residuals = equilibrium.residuals
             raise
         move_surfaces(self, balance.active, displacement, moved)
         with self.timers.measure("boundaries"):
             result = result_of(step, balance, equilibrium, self.kept_contact, self.kept_ghost)
-        balance.commit(displacement)
+        balance.commit(displacement, checked)
         self.waves.commit(before, after)
         for pair in self.body_contacts:
             pair.begin()

@@ -228,7 +228,10 @@ def release_out_of_balance(simulation: Simulation, kept: KeptContact | None = No
         step = simulation.prepare(0.0, 0.0)
         soil = simulation.soil_on(step.active)
         balance = Balance(step.active, simulation.terms(step, soil))
-        residual = balance.forces(np.zeros(step.active.position.shape)).residual
+        still = np.zeros(step.active.position.shape)
+        if dynamics is not None:  # selects where bodies that move with inertia touch soil
+            balance.begin(still)
+        residual = balance.forces(still).residual
         residual += _contact_so_far(balance, kept)
     if dynamics is not None:
         residual += dynamics.force_at_start(balance)

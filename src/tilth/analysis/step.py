@@ -199,24 +199,27 @@ def _first_state(
     whether the prescribed degrees of freedom have yet to move.
     """
     constrained = conditions.constrained
-    zero = np.zeros_like(conditions.increment)
-    first_unknowns = balance.first_unknowns()
+    zero, first_unknowns = np.zeros_like(conditions.increment), balance.first_unknowns()
     moving = bool(balance.comm.max(float(conditions.increment.any())))
     initial_reaction = np.zeros_like(zero)
     if moving or guess is None:  # what does not move does no work: its first reaction is not needed
+        balance.begin(zero, first_unknowns)
         first = residual.at(zero, first_unknowns)
         internal = first.forces.residual + first.forces.load - first.forces.inertia
         external = balance.load_before - balance.inertia_before
         initial_reaction = np.where(constrained, internal - external, 0.0)
     if guess is None:
         return first, initial_reaction, moving
+    start = np.where(constrained, conditions.increment, guess)
+    begun = first_unknowns if unknowns is None else unknowns
+    if not moving:
+        balance.begin(start, begun)
+    if unknowns is None:  # else it is an equilibrium near by
+        balance.begin_at_guess()
     try:
-        start = np.where(constrained, conditions.increment, guess)
-        if unknowns is None:  # else it is an equilibrium near by
-            balance.begin_at_guess()
-        begun = first_unknowns if unknowns is None else unknowns
         return residual.at(start, begun), initial_reaction, False
     except StepFailed:
+        balance.begin(zero, first_unknowns)
         return residual.at(zero, first_unknowns), initial_reaction, moving
 
 
@@ -312,6 +315,7 @@ class Linearisation:
         solver.renew(similar=reuse is Reuse.LEVELS)
         balance.fill_stiffness(now.displacement, system.blocks)
         system.border = balance.border(now.displacement, now.unknowns)
+        balance.linearised()
         system.exact_nodes = balance.exact_nodes()
         return system, solver
 

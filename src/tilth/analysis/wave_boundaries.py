@@ -115,8 +115,10 @@ class WaveBoundaries:
         if not new:
             return False, 0.0
         active = balance.active
+        still = np.zeros(step.active.position.shape)
+        balance.begin(still)
         with together(balance.comm):
-            forces = balance.forces(np.zeros(step.active.position.shape))
+            forces = balance.forces(still)
         static = np.where(step.conditions.constrained, 0.0, forces.residual - forces.inertia)
         static = active.updated(static)
         parts = self._parts(soil, step.before, step.before, step.absorbing)

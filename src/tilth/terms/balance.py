@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -185,14 +186,26 @@ class Balance:
                 term.begin_at_guess()
 
     def restart(self, changes: Changes) -> None:
-        """Undoes what `adapt` and `revise` changed; from now on the terms change as given."""
+        """Undoes what terms changed in a solution; from now on they change as given."""
         for term in self.terms:
             term.restart(changes)
+
+    def begin(self, displacement: Floats, unknowns: Floats | None = None) -> None:
+        """Begins a solution at a displacement; arguments as of `forces`."""
+        if unknowns is None:
+            unknowns = np.zeros_like(self.global_scale)
+        for term, own in zip(self.terms, self._slices, strict=True):
+            term.begin(displacement, unknowns[own])
 
     def adapt(self, displacement: Floats) -> bool:
         """Returns whether a term changed at a displacement, so that its forces are others."""
         changed = [term.adapt(displacement) for term in self.terms]
         return self.comm.max(float(any(changed))) > 0.0
+
+    def linearised(self) -> None:
+        """Tells the terms that the matrix is that at the last displacement."""
+        for term in self.terms:
+            term.linearised()
 
     def revise(self, displacement: Floats) -> bool:
         """Returns whether a term changed at a converged displacement, so that it is none any more.
@@ -207,19 +220,21 @@ class Balance:
         """Makes terms more exact at a solution; returns how much, see `AssembledTerm.refine`."""
         return self.comm.max(max(term.refine(displacement) for term in self.terms))
 
-    def require_acceptable(self, displacement: Floats) -> None:
-        """Checks that all terms can commit a converged step; changes nothing.
+    def check(self, displacement: Floats) -> list[Any]:
+        """Checks that all terms can commit a converged step; returns what `commit` needs of it.
 
         Raises:
             StepFailed: a term cannot commit the step.
         """
-        for term in self.terms:
-            term.require_acceptable(displacement)
+        return [term.check(displacement) for term in self.terms]
 
-    def commit(self, displacement: Floats) -> None:
-        """Commits a converged step in all terms; displacement: shape (nodes, dim)."""
-        for term in self.terms:
-            term.commit(displacement)
+    def commit(self, displacement: Floats, checked: Sequence[Any]) -> None:
+        """Commits a converged step in all terms.
+
+        displacement: shape (nodes, dim). checked: what `check` has returned for it.
+        """
+        for term, own in zip(self.terms, checked, strict=True):
+            term.commit(displacement, own)
 
     def border(self, displacement: Floats, unknowns: Floats) -> Border | None:
         """Returns the border of the matrix for the global unknowns; None without such unknowns.

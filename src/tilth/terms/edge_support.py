@@ -178,5 +178,5 @@ class _AssembledSupport(AssembledTerm):
             matrix -= np.einsum("f,fai,fbj->fabij", softer, product, product)
             _core.add_dense_blocks(elements, np.ascontiguousarray(matrix), blocks)
 
-    def commit(self, displacement: Floats) -> None:
+    def commit(self, displacement: Floats, checked: None) -> None:
         self._term.support.commit(self._term.parts, displacement)

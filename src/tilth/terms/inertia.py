@@ -346,7 +346,7 @@ class AssembledInertia(AssembledTerm):
         change = self.after(displacement).velocity - self.before.velocity
         return 0.5 * self._pattern.work(self._mass.ghost_times(change), change)
 
-    def commit(self, displacement: Floats) -> None:
+    def commit(self, displacement: Floats, checked: None) -> None:
         """As `AssembledTerm.commit`: the points get the nodes' velocities or their increments.
 
         The accelerations are those of the grid.

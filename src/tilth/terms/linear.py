@@ -197,7 +197,7 @@ class AssembledLinearForces(AssembledTerm):
             coupling.add_product(elements, displacement, force)
         return force
 
-    def commit(self, displacement: Floats) -> None:
+    def commit(self, displacement: Floats, checked: None) -> None:
         """As `AssembledTerm.commit`."""
         self._commit(displacement)
 

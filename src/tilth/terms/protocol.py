@@ -9,7 +9,15 @@ Newton's iteration is the sum of their derivatives. A step has three phases:
 3. assemble: each term receives the positions of its blocks in the matrix and computes its force and
    derivative in each iteration.
 
-After convergence each term checks that the step is acceptable, then all terms commit it.
+In the last phase a term is asked its force and derivative anywhere and as often as one likes: this
+changes no state. What belongs to one displacement, such as trial stresses, lasts until the next
+call of `force`; all calls "at the displacement of the last call of `force`" use it. State changes
+only in
+
+* `restart`, before a step is solved once more, and `begin`, at a solution's first displacement;
+* `adapt`, before a linearisation, and `linearised`, after a matrix was really filled;
+* `revise` and `refine`, at an equilibrium;
+* `commit`, once the step has converged and every term's `check` has passed.
 
 `GlobalUnknowns` are terms with unknowns that belong to no node, such as the motion of a rigid body.
 """
@@ -19,6 +27,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from enum import Enum, auto
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -74,7 +83,8 @@ class AssembledTerm(ABC):
     def force(self, displacement: Floats) -> Floats:
         """Returns its part of the residual for a nodal displacement of the step, (nodes, dim).
 
-        Internal minus external force [force]. The caller may change the array.
+        Internal minus external force [force]. The caller may change the array. Nothing but what
+        belongs to this displacement changes.
 
         Raises:
             StepFailed: the force is not defined at this displacement.
@@ -84,15 +94,27 @@ class AssembledTerm(ABC):
     def add_stiffness(self, displacement: Floats, blocks: Floats) -> None:
         """Adds the derivative of `force` to the node blocks (blocks, dim, dim) [force/length].
 
-        At the displacement of the last call of `force`.
+        At the displacement of the last call of `force`; changes nothing.
         """
 
     def restart(self, changes: Changes) -> None:  # noqa: B027
-        """Undoes what `adapt` and `revise` changed, before the step is solved once more.
+        """Undoes what the calls from `begin` to `revise` changed, before a step is solved again.
 
         What `refine` changed stays, as a better start.
 
         changes: how it changes in this attempt.
+        """
+
+    def begin(self, displacement: Floats, unknowns: Floats) -> None:  # noqa: B027
+        """Determines what stays fixed from the first displacement of a solution on.
+
+        Before its first call of `force`, at these values. Without `restart` before it the solution
+        goes on from the last one, as in the pseudo-steps of soil that creeps.
+
+        Args:
+            displacement: of the nodes [length], shape (nodes, dim): 0 where prescribed ones have
+                yet to move, even if there is a guess.
+            unknowns: its global unknowns' increments, shape (m,); m = 0 but for `GlobalUnknowns`.
         """
 
     def adapt(self, displacement: Floats) -> bool:
@@ -105,6 +127,12 @@ class AssembledTerm(ABC):
             Whether something changed: the forces are then others.
         """
         return False
+
+    def linearised(self) -> None:  # noqa: B027
+        """Takes note that the matrix is that at the displacement of the last call of `force`.
+
+        Only where it was filled there: an iteration that keeps the last matrix does not say so.
+        """
 
     def revise(self, displacement: Floats) -> bool:
         """Determines anew, at a converged displacement, what is fixed during the iteration.
@@ -130,17 +158,22 @@ class AssembledTerm(ABC):
         """
         return 0.0
 
-    def require_acceptable(self, displacement: Floats) -> None:  # noqa: B027
+    def check(self, displacement: Floats) -> Any:  # noqa: B027
         """Checks that the displacement of a converged step can be committed; changes nothing.
+
+        Returns:
+            What `commit` needs of what it has computed.
 
         Raises:
             StepFailed: the displacement cannot be committed.
         """
 
-    def commit(self, displacement: Floats) -> None:  # noqa: B027
+    def commit(self, displacement: Floats, checked: Any) -> None:  # noqa: B027
         """Stores the state at the end of a converged step as that at the start of the next step.
 
         At the displacement of the last call of `force`. Terms are committed in any order.
+
+        checked: what its `check` has returned for this displacement.
         """
 
     @property
@@ -211,7 +244,7 @@ class GlobalUnknowns(AssembledTerm):
         return np.zeros_like(self.scale)
 
     def begin_at_guess(self) -> None:
-        """Tells that the next displacement is a guess; nothing by default."""
+        """Tells that the solution goes on from a guess, after `begin`; nothing by default."""
 
     def come_down(self) -> bool:
         """Moves a loaded free body that is off the soil down on it, without forces.

@@ -119,7 +119,7 @@ class Release(Term, AssembledTerm):
         """As `AssembledTerm.load_before`."""
         return self._before
 
-    def commit(self, displacement: Floats) -> None:
+    def commit(self, displacement: Floats, checked: None) -> None:
         """As `AssembledTerm.commit`: the forces move with the soil; all processes know them all."""
         position = self._released.position.copy()
         mine = near_process(self._active, position)

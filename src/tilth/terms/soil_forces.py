@@ -30,7 +30,6 @@ class _SoilForces(AssembledTerm):
 
     def __init__(self, soil: Soil, active: ActiveGrid) -> None:
         self._soil, self._pattern = soil, active
-        self._domains: MovedDomains = {}
 
     def force(self, displacement: Floats) -> Floats:
         self._soil.update(displacement)
@@ -45,11 +44,11 @@ class _SoilForces(AssembledTerm):
     def refine(self, displacement: Floats) -> float:
         return self._soil.refine()
 
-    def require_acceptable(self, displacement: Floats) -> None:
-        self._domains = self._soil.moved_domains(displacement)
+    def check(self, displacement: Floats) -> MovedDomains:
+        return self._soil.moved_domains(displacement)
 
-    def commit(self, displacement: Floats) -> None:
-        self._soil.advance(displacement, self._domains)
+    def commit(self, displacement: Floats, checked: MovedDomains) -> None:
+        self._soil.advance(displacement, checked)
 
     def yielding_nodes(self) -> Flags:
         return self._soil.yielding_nodes()

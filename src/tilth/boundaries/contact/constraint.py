@@ -257,6 +257,10 @@ class Patches:
         self.activate(touch.closed | near)
         self.slip = first_slip(self.law, self.before)
 
+    def fix(self, slip: Floats) -> None:
+        """Fixes which multipliers are closed by their mean gaps [length], shape (m, dim)."""
+        self.fixed = self.law.holds(self.trial(slip)[:, 0])
+
     def select(self, gap: Floats, level: float) -> None:
         """Makes points active by their gaps at the end of the step for a predicted motion.
 

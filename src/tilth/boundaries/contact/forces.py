@@ -22,7 +22,8 @@ from tilth.arrays import Flags, Floats
 from tilth.boundaries.contact.approach import FIRST_OVERLAP, distance_to_soil
 from tilth.boundaries.contact.between_bodies import BodyContact
 from tilth.boundaries.contact.constraint import Patches, select_by_gaps
-from tilth.boundaries.contact.outcome import Evaluated, contact_outcome
+from tilth.boundaries.contact.evaluation import Evaluated, Evaluation, Part
+from tilth.boundaries.contact.outcome import contact_outcome
 from tilth.boundaries.contact.rigid_body import WEAK_SPRING, RigidBody
 from tilth.errors import StepFailed
 from tilth.mpm.active_grid import ActiveGrid
@@ -100,12 +101,10 @@ class AssembledContact(GlobalUnknowns):
         if body is not None and body.step is None:
             self._weak = WEAK_SPRING * force * body.weak_share * self.scale**2
         self._is_loaded = body is not None and body.step is None and body.is_loaded(after)
-        self._held = self._may_hold = False
         self._revisions = self._linearisations = 0
         self._changes = Changes.USUAL
-        self._is_selected = self._is_guessed = False
-        self._evaluated: list[Evaluated] = []
-        self._unknowns = np.zeros_like(self.scale)
+        self._may_hold = self._is_guessed = False
+        self._at = Evaluation([], np.zeros_like(self.scale))  # at the last call of `forces`
 
     @property
     def _is_held(self) -> bool:
@@ -125,18 +124,29 @@ class AssembledContact(GlobalUnknowns):
             return pose.increment
         return self.body.displacements(self._increments(unknowns), pose.position)
 
-    def _evaluate(self, displacement: Floats, unknowns: Floats) -> list[Evaluated]:
+    def _evaluate(self, displacement: Floats, unknowns: Floats) -> Evaluation:
         found = []
         for patch in self._patches:
             moved = self._moved(patch, unknowns)
             slip = patch.slips(displacement, moved)
-            if self._is_fixed and patch.fixed is None:
-                patch.fixed = patch.respond(slip).closed
             respond = patch.respond_at_guess if self._is_guessed else patch.respond
             found.append(Evaluated(slip, respond(slip), moved))
-        if self._may_hold:
-            self._hold(found)
-        return found
+        evaluation = Evaluation(found, unknowns.copy())
+        return evaluation.holding(self._patches) if self._may_hold else evaluation
+
+    def begin(self, displacement: Floats, unknowns: Floats) -> None:
+        """As `AssembledTerm.begin`.
+
+        From here on contact may hold a free body, points of one that moves with inertia are active
+        by their gaps, and what opens and closes only between equilibria is closed by its law.
+        """
+        self._may_hold = self._is_held
+        if self._moves_with_inertia:
+            gaps = [s.gaps(displacement, self._moved(s, unknowns)) for s in self._patches]
+            select_by_gaps(self._patches, gaps)
+        if self._is_fixed:
+            for patch in self._patches:
+                patch.fix(patch.slips(displacement, self._moved(patch, unknowns)))
 
     def begin_at_guess(self) -> None:
         """As `GlobalUnknowns.begin_at_guess`: at first what was pressed stays in contact.
@@ -146,35 +156,11 @@ class AssembledContact(GlobalUnknowns):
         """
         self._is_guessed = True
 
-    def _hold(self, found: list[Evaluated]) -> None:
-        """Keeps the multiplier with the least tension closed if all others have opened.
-
-        Without contact nothing but springs would hold a free body: it would be lost in one
-        iteration, or jump from side to side.
-        """
-        best, least = None, np.inf
-        self._held = False
-        for i, (patch, each) in enumerate(zip(self._patches, found, strict=True)):
-            present = patch.area > 0.0
-            if (each.response.closed & present).any():
-                return
-            tension = np.where(present, patch.trial(each.slip)[:, 0], np.inf)
-            if tension.min(initial=np.inf) < least:
-                best, least = (i, int(tension.argmin())), float(tension.min())
-        if best is None:
-            return
-        self._held = True
-        number, multiplier = best
-        held = np.arange(self._patches[number].count) == multiplier
-        slip = found[number].slip
-        found[number].response = self._patches[number].respond(slip, held)
-
     def first_unknowns(self) -> Floats:
         """As `GlobalUnknowns.first_unknowns`: a free body without contact moves to the soil.
 
         Along the force on it, until it would overlap the nearest soil a little.
         """
-        self._may_hold = self._is_held
         if self.body is not None and self.body.step is not None:
             return self.body.first_unknowns
         direction = None if self.body is None else self.body.falls_along(self._after)
@@ -214,12 +200,8 @@ class AssembledContact(GlobalUnknowns):
 
     def forces(self, displacement: Floats, unknowns: Floats) -> tuple[Floats, Floats]:
         """As `GlobalUnknowns.forces`."""
-        self._select(displacement, unknowns)
-        self._evaluated = self._evaluate(displacement, unknowns)
-        self._unknowns = unknowns.copy()
-        nodal = np.zeros_like(displacement)
-        for patch, elements, each in self._each():
-            _core.add_element_forces(elements, patch.entry_force(each.response.traction), nodal)
+        self._at = self._evaluate(displacement, unknowns)
+        nodal = self._nodal_force([each.response.traction for each in self._at.surfaces])
         if self.body is None:
             return nodal, np.zeros(0)
         own = self._weak * unknowns - self.body.applied(self._increments(unknowns), self._after)
@@ -228,16 +210,19 @@ class AssembledContact(GlobalUnknowns):
             own -= np.einsum("k,jka,ka->j", patch.area, lever, each.response.traction)
         return nodal, own
 
-    def _select(self, displacement: Floats, unknowns: Floats) -> None:
-        """Selects, once in an attempt, the active points of a body that moves with inertia."""
-        if self._is_selected or self.body is None or not self.body.moves_with_inertia:
-            return
-        self._is_selected = True
-        gaps = [s.gaps(displacement, self._moved(s, unknowns)) for s in self._patches]
-        select_by_gaps(self._patches, gaps)
+    def _nodal_force(self, tractions: Sequence[Floats]) -> Floats:
+        """Returns the internal force of mean tractions [stress], (m, dim) for each surface."""
+        nodal = np.zeros((self._active.nodes, self._active.grid.dim))
+        for patch, elements, each in zip(self._patches, self._elements, tractions, strict=True):
+            _core.add_element_forces(elements, patch.entry_force(each), nodal)
+        return nodal
 
-    def _each(self) -> list[tuple[Patches, Elements, Evaluated]]:
-        return list(zip(self._patches, self._elements, self._evaluated, strict=True))
+    @property
+    def _moves_with_inertia(self) -> bool:
+        return self.body is not None and self.body.moves_with_inertia
+
+    def _each(self) -> list[Part]:
+        return list(zip(self._patches, self._elements, self._at.surfaces, strict=True))
 
     def _levers(self, patch: Patches, unknowns: Floats) -> Floats:
         """Returns G, the derivatives of the mean motion by the free components, (m, k, dim)."""
@@ -253,13 +238,17 @@ class AssembledContact(GlobalUnknowns):
 
     def add_stiffness(self, displacement: Floats, blocks: Floats) -> None:
         """As `AssembledTerm.add_stiffness`."""
-        self._linearisations += 1
-        self._is_guessed = False
         for patch, elements, each in self._each():
-            patch.slip = each.response.slip
-            patch.given |= self._linearisations >= PATIENCE
             for column, row in zip(patch.columns(each.response), patch.row, strict=True):
                 _core.add_outer_blocks(elements, column, np.ascontiguousarray(row), blocks)
+
+    def linearised(self) -> None:
+        """As `AssembledTerm.linearised`: sliding may not turn round before the next one."""
+        self._linearisations += 1
+        self._is_guessed = False
+        for patch, _, each in self._each():
+            patch.slip = each.response.slip
+            patch.given |= self._linearisations >= PATIENCE
 
     def border(self, displacement: Floats, unknowns: Floats) -> Border:
         """As `GlobalUnknowns.border`."""
@@ -286,11 +275,8 @@ class AssembledContact(GlobalUnknowns):
     def constant_force(self) -> Floats:
         """As `AssembledTerm.constant_force`: at zero displacement."""
         zero = np.zeros((self._active.nodes, self._active.grid.dim))
-        nodal = np.zeros_like(zero)
-        evaluated = self._evaluate(zero, np.zeros_like(self.scale))
-        for patch, elements, each in zip(self._patches, self._elements, evaluated, strict=True):
-            _core.add_element_forces(elements, patch.entry_force(each.response.traction), nodal)
-        return nodal
+        still = self._evaluate(zero, np.zeros_like(self.scale))
+        return self._nodal_force([each.response.traction for each in still.surfaces])
 
     def magnitude(self, displacement: Floats) -> Floats:
         """As `AssembledTerm.magnitude`."""
@@ -324,7 +310,7 @@ class AssembledContact(GlobalUnknowns):
             touches = gaps < np.where(held, OVERLAP, -OVERLAP) * self._cell
             new = touches & ~patch.active
             holes = ~touches & ~patch.active & held & (gaps < LARGEST_HOLE * self._cell)
-            if self._is_selected:  # its gaps are not less exact there
+            if self._moves_with_inertia:  # its gaps are not less exact there
                 holes[:] = False
             among = patch.part.at_hole(holes, held & (patch.active | touches))
             if new.any() or len(among):
@@ -341,8 +327,7 @@ class AssembledContact(GlobalUnknowns):
         """As `AssembledTerm.restart`."""
         self._revisions = self._linearisations = 0
         self._changes = changes
-        self._is_selected = self._is_guessed = False
-        self._held = self._may_hold = False
+        self._may_hold = self._is_guessed = False
         for patch in self._patches:
             patch.restart(cautious=self._is_cautious, deferring=self._is_fixed)
 
@@ -373,11 +358,11 @@ class AssembledContact(GlobalUnknowns):
         """
         changed = self.adapt(displacement) or self._is_guessed
         self._is_guessed = False
-        if self._held and not changed:
+        if self._at.holds_one and not changed:
             assert self.body is not None
             if self.body.needs_contact and self._is_loaded:
                 raise StepFailed(f"the rigid body {self.name!r} comes off the soil that holds it")
-            self._held = self._may_hold = False
+            self._may_hold = False
             changed = True
         for patch, _, each in self._each():
             wide = self._too_wide(patch, each)
@@ -388,7 +373,7 @@ class AssembledContact(GlobalUnknowns):
             if turned.any():
                 patch.slip = np.where(turned[:, None], 0.0, patch.slip)
                 changed = True
-        if self._is_selected and self._revisions < MAXIMUM_RENEWALS:
+        if self._moves_with_inertia and self._revisions < MAXIMUM_RENEWALS:
             for patch, _, each in self._each():
                 changed |= patch.renew_strength(each.slip)
         if self._is_fixed and self._change_fixed():
@@ -399,6 +384,8 @@ class AssembledContact(GlobalUnknowns):
             most = MAXIMUM_REVISIONS_FIXED if self._is_fixed else MAXIMUM_REVISIONS
             if self._revisions > most:
                 raise StepFailed(f"the contact with {self.name!r} does not settle")
+        if self.body is not None:
+            self.body.set_trial(self._at.unknowns)  # checks of the step ask where it is
         return changed
 
     def _too_wide(self, patch: Patches, each: Evaluated) -> Flags:
@@ -413,12 +400,7 @@ class AssembledContact(GlobalUnknowns):
         face = self._cell ** (self._active.grid.dim - 1)
         return np.asarray(extent <= LEAST_PATCH * face)
 
-    def require_acceptable(self, displacement: Floats) -> None:
-        """As `AssembledTerm.require_acceptable`: sets where the body is for further checks."""
-        if self.body is not None:
-            self.body.set_trial(self._unknowns)
-
-    def commit(self, displacement: Floats) -> None:
+    def commit(self, displacement: Floats, checked: None) -> None:
         """As `AssembledTerm.commit`."""
         dim = displacement.shape[1]
         force, moment = np.zeros(dim), np.zeros(3)
@@ -434,14 +416,14 @@ class AssembledContact(GlobalUnknowns):
             patch.part.store(traction, closed, gap + patch.left)
         if self.body is not None:
             force, moment = self.body_force(displacement)
-            self.body.commit(self._unknowns, force, moment[2:] if dim == 2 else moment)
+            self.body.commit(self._at.unknowns, force, moment[2:] if dim == 2 else moment)
 
     def body_force(self, displacement: Floats) -> tuple[Floats, Floats]:
         """Returns the soil's force (dim,) and moment (3,) about its centre on the rigid body."""
         assert self.body is not None
         dim = displacement.shape[1]
         force, moment = np.zeros(dim), np.zeros(3)
-        translation = self._increments(self._unknowns)[:dim]
+        translation = self._increments(self._at.unknowns)[:dim]
         for patch, _, each in self._each():
             part = patch.weight[:, None] * patch.distribute(each.response.traction)
             arm = patch.part.pose.position - self.body.centre + each.moved - translation
@@ -452,10 +434,7 @@ class AssembledContact(GlobalUnknowns):
 
     def carried_force(self) -> Floats:
         """As `AssembledTerm.carried_force`."""
-        nodal = np.zeros((self._active.nodes, self._active.grid.dim))
-        for patch, elements in zip(self._patches, self._elements, strict=True):
-            _core.add_element_forces(elements, patch.entry_force(patch.before), nodal)
-        return nodal
+        return self._nodal_force([patch.before for patch in self._patches])
 
     def outcome(self, displacement: Floats) -> Outcome:
         """As `AssembledTerm.outcome`."""

@@ -4,37 +4,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from tilth import _core
 from tilth.arrays import Floats
-from tilth.boundaries.contact.constraint import Patches
-from tilth.boundaries.contact.law import ContactResponse
+from tilth.boundaries.contact.evaluation import Part
 from tilth.boundaries.contact.slip_work import slip_work
 from tilth.mpm.active_grid import ActiveGrid
-from tilth.mpm.pattern import Elements
 from tilth.terms.outcome import ContactOutcome, ContactState, Outcome, Work
-
-
-@dataclass
-class Evaluated:
-    """The response of a surface at one displacement.
-
-    Attributes:
-        slip: mean gaps and slips of its multipliers [length], shape (m, dim).
-        response: to them.
-        moved: displacement of its points in the step [length], shape (n, dim).
-    """
-
-    slip: Floats
-    response: ContactResponse
-    moved: Floats
-
-
-Part = tuple[Patches, Elements, Evaluated]
-"""A surface, the positions of its blocks in the matrix, and its response."""
 
 
 def contact_outcome(
