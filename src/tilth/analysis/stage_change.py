@@ -229,7 +229,7 @@ def release_out_of_balance(simulation: Simulation, kept: KeptContact | None = No
         soil = simulation.soil_on(step.active)
         balance = Balance(step.active, simulation.terms(step, soil))
         still = np.zeros(step.active.position.shape)
-        if dynamics is not None:  # selects where bodies that move with inertia touch soil
+        if dynamics is not None:  # finds where bodies that move with inertia touch the soil
             balance.begin(still)
         residual = balance.forces(still).residual
         residual += _contact_so_far(balance, kept)
