@@ -17,6 +17,7 @@ FLAGS = (
     "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist",
 )  # fmt: skip
 
+_KNOWN = ("GPU stall due to ReadPixels", "willReadFrequently")
 REPORT_READY = "typeof Tilth === 'object' && Tilth.ready === true"
 
 
@@ -45,6 +46,6 @@ def opened(
 
 
 def complaints(driver: Any) -> list[str]:
-    """Returns errors and warnings of the console, without those about the slow graphics."""
+    """Returns errors and warnings of the console, without those about slow graphics or tests."""
     told = [f"{entry['level']}: {entry['message']}" for entry in driver.get_log("browser")]
-    return [text for text in told if "GPU stall due to ReadPixels" not in text]
+    return [text for text in told if not any(known in text for known in _KNOWN)]

@@ -29,7 +29,7 @@ from tilth.output import (
     read_results,
     write_contacts,
 )
-from tilth.report.contact_plots import along_surface, draw_contact
+from tilth.report.contact_plots import along_surface, contact_chart, contact_view
 from tilth.report.field_plots import draw_frames
 from tilth.terms.outcome import ContactState
 
@@ -156,27 +156,32 @@ def test_two_sides_of_a_thin_plate_are_apart() -> None:
 
 def test_curves_of_pressure_and_shear() -> None:
     state = with_contact(snapshot())
-    figure = draw_contact(state, "ball", UNITS)
-    assert figure is not None
-    soil, curves = figure.axes
-    pressure, shear = (line.get_ydata() for line in curves.lines[:2])
-    assert pressure.max() == pytest.approx(PRESSURE, rel=1e-3)
+    (shape,) = state.contacts
+    chart = contact_chart(shape, UNITS)
+    pressure, shear = (line.y for line in chart.lines)
+    assert np.nanmax(pressure) == pytest.approx(PRESSURE, rel=1e-3)
     touching = pressure > 0.0
     assert pressure[touching].min() == pytest.approx(0.2 * PRESSURE, rel=0.3)
     np.testing.assert_allclose(shear[touching], SHEAR, rtol=1e-12)
-    assert curves.get_xlabel() == "arc length [m]"
-    assert "kPa" in soil.get_title()
-    assert draw_contact(replace(state, contacts=()), "ball", UNITS) is None
+    assert chart.x == "arc length [m]"
+    view = contact_view(state, shape, UNITS)
+    assert "kPa" in view.panels[0].title
+    bars = next(part for part in view.clouds[0].lines if part["kind"] == "bars")
+    length = np.linalg.norm(np.diff(bars["position"], axis=1)[:, 0], axis=1)
+    size = float(np.ptp(shape.position, axis=0).max())
+    assert length.max() == pytest.approx(0.22 * size)
 
 
 def test_contact_in_space_colours_points_in_contact() -> None:
-    figure = draw_contact(with_contact(snapshot(3)), "ball", UNITS)
-    assert figure is not None
-    panels = [axes for axes in figure.axes if axes.name == "3d"]
-    assert len(panels) == 2
-    (values,) = (c.get_array() for c in panels[0].collections if c.get_array() is not None)
-    assert values.max() == pytest.approx(PRESSURE, rel=0.01)
-    assert values.min() > 0.09 * PRESSURE
+    state = with_contact(snapshot(3))
+    view = contact_view(state, state.contacts[0], UNITS)
+    assert [panel.bar for panel in view.panels] == ["pressure [kPa]", "shear stress [kPa]"]
+    values = view.panels[0].values
+    assert values is not None
+    touching = state.contacts[0].fields["in_contact"] != 0
+    assert np.isnan(values[~touching]).all()
+    assert values[touching].max() == pytest.approx(PRESSURE, rel=0.01)
+    assert values[touching].min() > 0.09 * PRESSURE
 
 
 @pytest.mark.parametrize("dim", [2, 3])
@@ -317,5 +322,5 @@ def test_run_writes_contact_and_resumes_to_the_same_bytes(tmp_path: Path) -> Non
     last = read_results(tmp_path / "whole" / "results.vtkhdf").snapshot(-1)
     assert last.rigid_bodies[0].position[:, 1].min() == pytest.approx(1.8, abs=1e-12)
     page = (tmp_path / "whole" / "report.html").read_text()
-    assert page.index('alt="Force against displacement"') < page.index("<h2>Set-up")
+    assert page.index("<h2>Force and displacement") < page.index("<h2>Set-up")
     assert "Pressure and shear on ball" in page

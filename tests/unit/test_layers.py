@@ -172,7 +172,7 @@ def test_what_belongs_to_the_body_belongs_to_all_its_layers(tmp_path: Path) -> N
     own = last.position[:16] + last.point_fields["domain"][:16]
     history = (folder / "history.csv").read_text(encoding="utf-8").splitlines()
     assert float(history[-1].split(",")[3]) == pytest.approx(own[:, 1].max(), rel=1e-12)
-    assert 'alt="layer at the start"' in (folder / "report.html").read_text(encoding="utf-8")
+    assert "layer at the start: start" in (folder / "report.html").read_text(encoding="utf-8")
 
 
 def mesh_with_groups(folder: Path, tags: list[int], names: dict[str, list[int]]) -> str:

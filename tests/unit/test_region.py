@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -199,13 +198,3 @@ def test_units_do_not_matter() -> None:
     for unit in (1e-9, 1e9):
         region = region_of(unit * place, unit * 0.05)
         assert region.area == pytest.approx(2.0 * unit**2, rel=1e-9)
-
-
-def test_the_picture_of_a_page_is_clipped_by_the_outline() -> None:
-    place = lattice(2.0, 1.0)
-    field = drawn(region_of(place), place, np.linspace(0.0, 1.0, len(place)))
-    text = field.draw(lambda at: 100.0 * np.array([1.0, -1.0]) * at + [10.0, 110.0], (220.0, 120.0))
-    name = re.search(r'<clipPath id="([^"]+)">', text)
-    assert name is not None
-    assert f'clip-path="url(#{name[1]})"' in text
-    assert text.count("<image") == 1

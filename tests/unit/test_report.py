@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import base64
 import re
 import subprocess
 import sys
@@ -11,12 +10,12 @@ from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
 from matplotlib.collections import EllipseCollection, PolyCollection
 from mpl_toolkits.mplot3d.proj3d import proj_transform
+from report_pages import chart, data_of, html_of
 from report_setups import UNITS, lattice, make_setup, snapshot
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
@@ -270,7 +269,7 @@ MODEL: dict[str, Any] = {
 
 
 def test_model_becomes_tables() -> None:
-    page = model_tables(MODEL)
+    page = html_of(model_tables(MODEL))
     assert "<th>young modulus</th>" in page
     assert "<td>12,000,000</td>" in page
     assert "beam &lt;1&gt;" in page
@@ -337,16 +336,9 @@ def read_page(path: Path) -> Checker:
 def test_report_is_one_self_contained_page(tmp_path: Path, dim: int) -> None:
     write_run(tmp_path, dim=dim)
     setup = make_setup((6, 4, 3)[:dim])
-    page = read_page(write_report(tmp_path, MODEL, setup=setup))
-    assert len(page.references) == 4  # set-up, frames, curves, convergence
-    for number, reference in enumerate(page.references):
-        content = base64.b64decode(reference.split(",", 1)[1])
-        if dim == 3 and number < 2:
-            assert reference.startswith("data:image/png;base64,")
-            assert content.startswith(b"\x89PNG")
-        else:
-            assert reference.startswith("data:image/svg+xml;base64,")
-            assert ElementTree.fromstring(content).tag.endswith("svg")
+    path = write_report(tmp_path, MODEL, setup=setup)
+    page = read_page(path)
+    assert page.references == []
     assert "http" not in page.text
     assert "url(" not in page.text
     assert "A <run>" in page.text
@@ -355,6 +347,15 @@ def test_report_is_one_self_contained_page(tmp_path: Path, dim: int) -> None:
     assert "6 of 9 outputs" in page.text
     assert "8 steps, 24 Newton iterations" in page.text
     assert re.search(r"ParaView", page.text)
+    tip = chart(path, "tip [m] over time")
+    np.testing.assert_array_equal(tip["lines"][0]["y"], 0.5 * np.arange(9.0))
+    np.testing.assert_array_equal(tip["lines"][0]["x"], 0.25 * np.arange(9.0))
+    drawn = data_of(path)["views"]
+    assert [view.get("steps") for view in drawn] == [None, [0, 2, 3, 5, 6, 8]]
+    assert len(drawn[0]["panels"]) == (1 if dim == 2 else 4)
+    assert drawn[0]["frames"][0]["count"] == len(setup.position)
+    kinds = {mark["kind"] for mark in drawn[0]["panels"][0]["marks"]}
+    assert kinds == {"support", "arrows"}
 
 
 @pytest.mark.parametrize("closed", [True, False])
@@ -367,7 +368,7 @@ def test_report_of_an_unfinished_run_says_so(tmp_path: Path, closed: bool) -> No
     assert "axisymmetric" in page.text
 
 
-@pytest.mark.parametrize("part", ["draw_frames", "draw_curves", "draw_newton", "page_setup"])
+@pytest.mark.parametrize("part", ["field_values", "history_charts", "newton_charts", "setup_view"])
 def test_a_picture_that_fails_leaves_the_others(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, part: str
 ) -> None:
@@ -375,15 +376,30 @@ def test_a_picture_that_fails_leaves_the_others(
         raise ValueError("no <colours>")
 
     write_run(tmp_path)
-    monkeypatch.setattr(f"tilth.report.html.{part}", fails)
-    page = read_page(write_report(tmp_path, MODEL, setup=make_setup((6, 4))))
-    assert "could not be drawn (ValueError: no <colours>)" in page.text
-    assert len(page.references) == 3
+    monkeypatch.setattr(f"tilth.report.sections.{part}", fails)
+    path = write_report(tmp_path, MODEL, setup=make_setup((6, 4)))
+    assert "could not be drawn (ValueError: no <colours>)" in read_page(path).text
+    found = data_of(path)
+    expected = {"field_values": 4, "history_charts": 4, "newton_charts": 3, "setup_view": 4}
+    assert len(found["charts"]) + len(found["views"]) == expected[part]
 
 
 def test_report_of_nothing_is_bad_input(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="tilth run"):
         write_report(tmp_path)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("dim", [2, 3])
+def test_the_report_of_a_run_does_not_load_matplotlib(tmp_path: Path, dim: int) -> None:
+    write_run(tmp_path, dim=dim)
+    (tmp_path / "model.json").write_text('{"analysis": {"kind": "plane_strain"}}')
+    code = (
+        "import sys; from tilth.report.html import write_report; "
+        f"write_report({str(tmp_path)!r}); print('matplotlib' in sys.modules)"
+    )
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert result.stdout.split() == ["False"], result.stderr
 
 
 def test_import_of_the_report_is_light() -> None:

@@ -149,7 +149,7 @@ def test_an_undecided_factor_does_not_end_the_run(
     log = (tmp_path / "out" / "log.txt").read_text()
     assert f"strength reduction: safety, at time 1: {certain}" in log
     report = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
-    assert f"stage &#x27;safety&#x27;: {certain}" in report
+    assert f"stage 'safety': {certain}" in html.unescape(report)
 
 
 def test_stages_are_numbered_as_in_the_case_file(

@@ -7,17 +7,16 @@ import io
 import re
 import warnings
 from dataclasses import replace
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from readings import long
+from report_pages import html_of
 from report_setups import UNITS, snapshot
 from rich.console import Console
 from staged_problems import KINDS, staged_entries
-from svg_pictures import panels
 
 import tilth.analysis.setup
 from tilth import Model, check
@@ -29,7 +28,7 @@ from tilth.output import Progress, read_history, read_log, read_results
 from tilth.output.log import LogContents
 from tilth.output.snapshot import SurfaceShape
 from tilth.report.field_plots import draw_frames
-from tilth.report.history_plots import draw_curves, draw_newton
+from tilth.report.history_plots import history_charts, newton_charts
 from tilth.report.setup_file import read_setup, read_staged_setup, write_setup
 from tilth.report.stage_marks import MOST_NAMES, outputs_of_stages, spans_of_steps, stage_table
 from tilth.report.stage_pages import PANELS, draw_stages
@@ -168,7 +167,7 @@ def test_the_report_shows_the_stages(finished: Path) -> None:
     history = read_history(finished / "history.csv")
     assert sum(int(row[4]) for row in rows) == history["iterations"].sum()
     assert [row[5] for row in rows][1:] == [*read_log(finished / "log.txt").released.values()]
-    assert "Set-up of each stage" in page
+    assert "2 dig (time 1 to 3); " in page
     assert read_setup(finished / "setup.npz", read_results(finished / "results.vtkhdf").snapshot(0))
 
 
@@ -205,18 +204,12 @@ def test_plots_mark_the_stages(count: int) -> None:
     time = np.linspace(0.0, ends[-1], 9)
     history = {"step": np.arange(9.0), "time": time, "base [N]": time, "top [m]": time * np.nan}
     history["half [m]"] = np.where(time > 20.0, time, np.nan)
-    figure = draw_curves(history, "d", spans)
-    assert figure is not None
-    assert len(panels(figure)) == 3
-    for panel in panels(figure):
-        np.testing.assert_allclose(panel.dashed(), ends[1:-1], atol=1e-3 * ends[-1])
-        above = panel.above()
-        names = [name for name, _, _ in spans] if count <= MOST_NAMES else []
-        assert [each.text for each in above] == names
-        for one, other in pairwise(above):
-            room = one.size if one.turned else 0.6 * one.size * len(one.text)
-            assert one.x + room <= other.x + 1.0  # they do not overlap
-    assert "nan" not in figure.svg()
+    charts = history_charts(history, "d", spans)
+    assert [chart.y for chart in charts] == ["base [N]", "top [m]", "half [m]"]
+    for chart in charts:
+        assert chart.stages == spans
+        assert chart.x == "time [d]"
+        np.testing.assert_array_equal(chart.lines[0].y, history[chart.y])
 
 
 def test_steps_of_stages_lie_between_their_marks() -> None:
@@ -224,17 +217,16 @@ def test_steps_of_stages_lie_between_their_marks() -> None:
     history["iterations"] = np.array([0.0, 3.0, 4.0, 5.0, 6.0])
     spans = [("one", 0.0, 2.0), ("two", 2.0, 3.0)]
     assert spans_of_steps(history, spans) == [("one", 0.5, 2.5), ("two", 2.5, 4.5)]
-    left = panels(
-        draw_newton(history["step"][1:], history["iterations"][1:], [1.0], 4,
-                    spans_of_steps(history, spans))
-    )[0]  # fmt: skip
-    assert left.dashed() == pytest.approx([2.5], abs=0.01)
+    left, _ = newton_charts(
+        history["step"][1:], history["iterations"][1:], [1.0], 4, spans_of_steps(history, spans)
+    )
+    assert left.stages == spans_of_steps(history, spans)
     table = stage_table(
         [{"name": "one"}, {"name": "two"}, {"name": "<b>"}], history, spans, LogContents()
     )
-    assert "<td>one</td><td>0 to 2</td><td>2</td><td>7</td>" in table
-    assert "<td>two</td><td>2 to 3</td><td>2</td><td>11</td>" in table
-    assert "<td>&lt;b&gt;</td><td>not reached</td>" in table
+    assert table.rows[0] == ["1", "one", "0 to 2", "2", "7"]
+    assert table.rows[1] == ["2", "two", "2 to 3", "2", "11"]
+    assert "<td>&lt;b&gt;</td><td>not reached</td>" in html_of([table])
 
 
 @pytest.mark.parametrize("dim", [2, 3])

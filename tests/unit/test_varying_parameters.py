@@ -174,7 +174,7 @@ def test_results_and_report_have_the_parameters(tmp_path: Path) -> None:
         for index in (0, -1):
             stored = results.snapshot(index).point_fields[name]
             np.testing.assert_array_equal(stored, points.varying[name])
-        assert f'alt="{name.replace("_", " ")} at the start"' in page
+        assert f"{name.replace('_', ' ')} at the start: " in page
     expected = 900.0 + 200.0 / 3.0 * (points.position[:, 1] + 1.0)
     np.testing.assert_allclose(points.varying["young_modulus"], expected, rtol=1e-14)
     assert "hardening_modulus" not in results.snapshot(0).point_fields

@@ -1,25 +1,23 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Pressure and shear on contact surfaces at an output, beside the deformed soil."""
+"""Pressure and shear on contact surfaces at an output, in the soil and along the surface."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from tilth.arrays import Floats, Integers
 from tilth.output.snapshot import ContactShape, Snapshot
+from tilth.report.charts import Chart, Line
+from tilth.report.colour_scale import ColourScale
 from tilth.report.fields import with_unit
-from tilth.report.rigid_bodies import draw_rigid_2d, draw_rigid_3d, rigid_vertices
-from tilth.report.texts import AS_IT_IS, LABEL_WIDTH, any_characters, on_lines
+from tilth.report.rigid_bodies import rigid_vertices
+from tilth.report.setup_page import BODIES
+from tilth.report.views import Cloud, Panel, View, surface_lines
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-PRESSURE, SHEAR = "#c1121f", "#1d3557"
-_SOIL = "#d9c8a5"
+PRESSURE = "#c1121f"
 _LONGEST_BAR = 0.22
 """Length of the greatest pressure in the picture of the soil, over its longer side."""
 _NEW_PART = 4.0
@@ -29,29 +27,53 @@ _TURN = 3.0
 thin plate are apart."""
 
 
-_ELEVATION = 25.0
-"""Angle of the view in space above the horizon, or below it if the surface looks down [degrees]."""
+def contact_view(
+    snapshot: Snapshot, shape: ContactShape, units: Mapping[str, str], axisymmetric: bool = False
+) -> View:
+    """Returns the pictures of a contact surface with points near soil.
 
-
-def draw_contact(
-    snapshot: Snapshot, name: str, units: Mapping[str, str], axisymmetric: bool = False
-) -> Figure | None:
-    """Returns the figure of a contact surface; None where it has no points near soil.
-
-    In the plane the pressure is drawn on the surface, and pressure and shear over the arc length;
-    in space patches are coloured by both.
+    In the plane the pressure is drawn on the surface in the soil near it; in space patches are
+    coloured by pressure and shear.
     """
-    shape = next((each for each in snapshot.contacts if each.name == name), None)
-    if shape is None or len(shape.position) == 0:
-        return None
-    figure = (
-        _draw_plane(snapshot, shape, units, axisymmetric)
-        if snapshot.dim == 2
-        else _draw_space(snapshot, shape, units)
+    pressure, shear, touching = _stresses(shape)
+    draw = _plane_panels if snapshot.dim == 2 else _space_panels
+    low, high, clouds, panels, spacing = draw(snapshot, shape, pressure, shear, touching, units)
+    return View(
+        f"Pressure and shear on {shape.name}",
+        ("r" if axisymmetric else "x", "y", "z"),
+        units.get("length", ""),
+        low,
+        high,
+        spacing,
+        clouds,
+        panels,
     )
-    time = f"step {snapshot.step}, time {snapshot.time:.4g}"
-    figure.suptitle(on_lines(f"{name}: {time}", 90), fontsize=10, **AS_IT_IS)
-    return figure
+
+
+def contact_chart(shape: ContactShape, units: Mapping[str, str]) -> Chart:
+    """Returns a chart of pressure and shear over the arc length, in the plane."""
+    pressure, shear, touching = _stresses(shape)
+    order, length, breaks = along_surface(shape.position, shape.fields["normal"])
+    lines = []
+    for values, colour, label in (
+        (pressure, 1, "pressure"),
+        (shear, 0, "shear stress along the surface"),
+    ):
+        shown = np.where(touching, values, 0.0)[order]
+        x = np.concatenate([_with_gap(part) for part in np.split(length, breaks)])
+        y = np.concatenate([_with_gap(part) for part in np.split(shown, breaks)])
+        lines.append(Line(x, y, label, colour))
+    return Chart(
+        f"Pressure and shear along {shape.name}",
+        with_unit("arc length", units.get("length", "")),
+        with_unit("stress", units.get("stress", "")),
+        lines,
+        across=[0.0],
+    )
+
+
+def _with_gap(values: Floats) -> Floats:
+    return np.append(values, np.nan)
 
 
 def along_surface(position: Floats, normal: Floats) -> tuple[Integers, Floats, Integers]:
@@ -106,35 +128,6 @@ def _from(first: int, place: Floats) -> Integers:
     return np.array(order)
 
 
-def _draw_plane(
-    snapshot: Snapshot, shape: ContactShape, units: Mapping[str, str], axisymmetric: bool
-) -> Figure:
-    from matplotlib.figure import Figure
-
-    pressure, shear, touching = _stresses(shape)
-    order, length, breaks = along_surface(shape.position, shape.fields["normal"])
-    figure = Figure(figsize=(10.2, 4.4), layout="constrained")
-    left, right = figure.subplots(1, 2)
-    _draw_soil(left, snapshot, shape, pressure, units, axisymmetric)
-    unit = units.get("stress", "")
-    for values, colour, label in (
-        (pressure, PRESSURE, "pressure"),
-        (shear, SHEAR, "shear stress along the surface"),
-    ):
-        shown = np.where(touching, values, 0.0)[order]
-        for part, at in zip(np.split(shown, breaks), np.split(length, breaks), strict=True):
-            right.plot(at, part, color=colour, linewidth=1.3, label=label, marker=".", markersize=3)
-            label = "_"
-    right.axhline(0.0, color="0.6", linewidth=0.6, zorder=0.8)
-    right.set_xlabel(with_unit("arc length", units.get("length", "")), fontsize=9, **AS_IT_IS)
-    right.set_ylabel(with_unit("stress", unit), fontsize=9, **AS_IT_IS)
-    right.ticklabel_format(scilimits=(-3, 5))
-    right.tick_params(labelsize=8)
-    right.grid(color="0.9", linewidth=0.6)
-    right.legend(fontsize=8, frameon=False)
-    return figure
-
-
 def _stresses(shape: ContactShape) -> tuple[Floats, Floats, Any]:
     """Returns pressure, shear and where there is contact, shape (n,) each.
 
@@ -150,106 +143,69 @@ def _stresses(shape: ContactShape) -> tuple[Floats, Floats, Any]:
     return -fields["normal_stress"] + 0.0, along, fields["in_contact"] != 0
 
 
-def _draw_soil(
-    axes: Axes,
+_Drawn = tuple[Floats, Floats, list[Cloud], list[Panel], float]
+
+
+def _plane_panels(
     snapshot: Snapshot,
     shape: ContactShape,
     pressure: Floats,
+    shear: Floats,
+    touching: Any,
     units: Mapping[str, str],
-    axisymmetric: bool,
-) -> None:
-    """Draws the soil near the surface, the rigid bodies and the pressure normal to the surface."""
-    from matplotlib.collections import LineCollection, PolyCollection
-
-    from tilth.report.domains import corners_of, drawn_at_once, outlines
-
+) -> _Drawn:
+    """Returns the soil near the surface, rigid bodies and bars of the pressure normal to it."""
     low, high = shape.position.min(axis=0), shape.position.max(axis=0)
     size = max(float((high - low).max()), 1e-300)
     low, high = low - 0.6 * size, high + 0.6 * size
-    half = snapshot.point_fields["domain"]
-    corners = corners_of(snapshot)
-    assert corners is not None
+    half = np.asarray(snapshot.point_fields["domain"])
     near = ((snapshot.position + half >= low) & (snapshot.position - half <= high)).all(axis=1)
-    axes.add_collection(
-        PolyCollection(
-            drawn_at_once(outlines(snapshot.position[near], corners[near])),
-            facecolors=_SOIL,
-            edgecolors="white",
-            linewidths=0.2,
-        )
-    )
-    draw_rigid_2d(axes, snapshot.rigid_bodies)
+    corners = snapshot.point_fields.get("domain_corners")
     greatest = float(np.abs(pressure).max()) or 1.0
     ends = shape.position - _LONGEST_BAR * size / greatest * (
         pressure[:, None] * shape.fields["normal"]
     )
+    lines = surface_lines(snapshot.rigid_bodies, "rigid")
     bars = np.stack([shape.position, ends], axis=1)
-    axes.add_collection(LineCollection(list(bars), colors=PRESSURE, linewidths=0.9, zorder=3.0))
-    axes.set_aspect("equal")
-    axes.set_xlim(low[0], high[0])
-    axes.set_ylim(low[1], high[1])
-    unit = units.get("length", "")
-    axes.set_xlabel(with_unit("r" if axisymmetric else "x", unit), fontsize=9, **AS_IT_IS)
-    axes.set_ylabel(with_unit("y", unit), fontsize=9, **AS_IT_IS)
-    axes.tick_params(labelsize=8)
-    axes.locator_params(axis="x", nbins=5)  # it is narrow where the surface is high
-    axes.set_facecolor("0.97")
-    text = f"longest bar: {greatest:.4g} {units.get('stress', '')}".rstrip()
-    axes.set_title(text, fontsize=8.5, color=PRESSURE, **AS_IT_IS)
-
-
-def _draw_space(snapshot: Snapshot, shape: ContactShape, units: Mapping[str, str]) -> Figure:
-    from matplotlib.figure import Figure
-
-    pressure, shear, touching = _stresses(shape)
-    figure = Figure(figsize=(10.2, 4.6), layout="constrained")
-    low = np.min(
-        [shape.position.min(axis=0), *(p.min(axis=0) for p in rigid_vertices([snapshot]))], axis=0
+    lines.append({"name": shape.name, "kind": "bars", "position": bars, "colour": PRESSURE})
+    cloud = Cloud.of(
+        snapshot.position[near], half[near], None if corners is None else corners[near], lines
     )
-    high = np.max(
-        [shape.position.max(axis=0), *(p.max(axis=0) for p in rigid_vertices([snapshot]))], axis=0
-    )
-    margin = 0.05 * float((high - low).max())
+    title = f"longest bar: {greatest:.4g} {units.get('stress', '')}".rstrip()
+    soil = np.full(int(near.sum()), 255.0)
+    spacing = float(2.0 * np.median(half.prod(axis=1)) ** 0.5)
+    return low, high, [cloud], [Panel(title, 0, soil, BODIES)], spacing
+
+
+def _space_panels(
+    snapshot: Snapshot,
+    shape: ContactShape,
+    pressure: Floats,
+    shear: Floats,
+    touching: Any,
+    units: Mapping[str, str],
+) -> _Drawn:
+    """Returns patches coloured by pressure and shear, grey where there is no contact."""
+    everything = [shape.position, *rigid_vertices([snapshot])]
+    low = np.min([each.min(axis=0) for each in everything], axis=0)
+    high = np.max([each.max(axis=0) for each in everything], axis=0)
+    side = 0.5 * np.sqrt(np.maximum(np.asarray(shape.fields["area"]), 1e-300))
+    half = np.tile(side[:, None], (1, 3))
+    every = np.arange(len(side), dtype=np.int64)
+    cloud = Cloud(shape.position, half, every, lines=surface_lines(snapshot.rigid_bodies, "rigid"))
     upward = float(shape.fields["normal"][:, 2].mean()) >= 0.0
-    for index, (values, label) in enumerate(((pressure, "pressure"), (shear, "shear stress"))):
-        axes: Any = figure.add_subplot(1, 2, index + 1, projection="3d")
-        axes.computed_zorder = False
-        axes.view_init(elev=_ELEVATION if upward else -_ELEVATION, azim=-55.0)
-        axes.set_box_aspect(np.maximum(high - low + 2.0 * margin, 1e-300), zoom=0.85)
-        draw_rigid_3d(axes, snapshot.rigid_bodies)
-        area = np.maximum(shape.fields["area"], 1e-300)
-        points = 220.0 * np.sqrt(area) / float((high - low).max() or 1.0)
-        drawn = axes.scatter(
-            *shape.position[touching].T,
-            c=values[touching],
-            s=np.clip(points[touching], 1.5, 14.0) ** 2,
-            marker="s",
-            linewidths=0.0,
-            cmap="viridis",
-            depthshade=False,
-            zorder=3.0,
-        )
-        if (~touching).any():
-            axes.scatter(*shape.position[~touching].T, c="0.8", s=2.0, linewidths=0.0, zorder=2.8)
-        bar = figure.colorbar(drawn, ax=axes, shrink=0.75, pad=0.14)
-        name = with_unit(label, units.get("stress", ""))
-        bar.set_label(on_lines(name, LABEL_WIDTH), fontsize=9, **AS_IT_IS)
-        bar.ax.tick_params(labelsize=8)
-        for k, axis in enumerate("xyz"):
-            getattr(axes, f"set_{axis}lim")(low[k] - margin, high[k] + margin)
-            named = with_unit(axis, units.get("length", ""))
-            axes.locator_params(axis=axis, nbins=4)
-            getattr(axes, f"set_{axis}label")(named, fontsize=8, **AS_IT_IS)
-        axes.tick_params(labelsize=7)
-    layout = figure.get_layout_engine()
-    assert layout is not None
-    with any_characters():
-        layout.execute(figure)
-    return figure
+    panels = []
+    for values, label in ((pressure, "pressure"), (shear, "shear stress")):
+        shown = np.where(touching, values, np.nan)
+        bar = with_unit(label, units.get("stress", ""))
+        scale = ColourScale.of([shown])
+        look = "space" if upward else "below"
+        panels.append(Panel(label, 0, shown, scale, bar, drawn="points", look=look))
+    return low, high, [cloud], panels, float(2.0 * np.median(side))
 
 
 def contact_note(dim: int) -> str:
-    """Returns the text below the figures."""
+    """Returns the text below the pictures."""
     shear = (
         "the shear stress of the surface on the soil is positive in the direction of the arc "
         "length, with the soil on the left"

@@ -5,29 +5,29 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from tilth.arrays import Floats
-from tilth.report.raster import draw_polygons, png
+from tilth.report.raster import draw_polygons
 from tilth.report.region import Region, areas_of, shares_of
-from tilth.report.svg_parts import Place, image_of, path_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 OUTLINE_COLOUR, OUTLINE_WIDTH = "0.25", 0.5
 """Of the line around the soil; the width [point]."""
-_FINER = 2.0
-"""Pixels of the image over those of the page."""
 _MOST_PIXELS = 1_600
-"""Of the longer side of an image for matplotlib."""
+"""Of the longer side of the image."""
 _AROUND = 3
 """Pixels around the region that also have its colours, so that its edge is full."""
 
 
 @dataclass(frozen=True, eq=False)
 class ContinuousField:
-    """A field of points over their region, for axes of pages and of matplotlib."""
+    """A field of points over their region, for figures."""
 
     region: Region
     position: Floats
@@ -91,46 +91,8 @@ class ContinuousField:
         """Returns the closed lines around what lies between bodies, as `lines`."""
         return [line for part in self.region.bridges for line in part.outline()]
 
-    def draw(self, place: Place, size: tuple[float, float]) -> str:
-        """Returns the field as SVG."""
-        lines = self.lines()
-        if not lines:
-            return ""
-        at = [place(line) for line in lines]
-        corner = np.concatenate(at)
-        low = np.clip(np.floor(corner.min(axis=0)) - 2.0, 0.0, size)
-        high = np.clip(np.ceil(corner.max(axis=0)) + 2.0, 0.0, size)
-        width, height = np.ceil(_FINER * (high - low)).astype(int).tolist()
-        if width <= 0 or height <= 0:
-            return ""
-        unit = place(np.array([[0.0, 0.0], [1.0, 1.0]]))
-        slope, start = unit[1] - unit[0], unit[0]
-        first = (low - start) / slope
-        last = (low + np.array([width, height]) / _FINER - start) / slope
-        lower, upper = np.minimum(first, last), np.maximum(first, last)
-        content = png(self.image(lower, upper, width, height))
-        data = "".join(path_of(line, closed=True) for line in at)
-        whole = data + "".join(path_of(place(line), closed=True) for line in self._between())
-        # Names of clip paths are those of the whole page.
-        name = f"soil-{_digest(whole, content):08x}"
-        x, y = low.tolist()
-        return (
-            f'<clipPath id="{name}"><path d="{whole}" clip-rule="nonzero"/></clipPath>'
-            f'<g clip-path="url(#{name})">'
-            f"{image_of(content, x, y, width / _FINER, height / _FINER)}</g>"
-            f'<path d="{data}" fill="none" stroke="#404040" stroke-width="{OUTLINE_WIDTH}"/>'
-        )
-
-    def add_to(self, axes: Any) -> None:
-        """Draws the field into axes of either kind; their limits remain."""
-        from tilth.report.svg_axes import SvgAxes
-
-        if isinstance(axes, SvgAxes):
-            axes.add_collection(self)
-        else:
-            self._add_to_matplotlib(axes)
-
-    def _add_to_matplotlib(self, axes: Any) -> None:
+    def add_to(self, axes: Axes) -> None:
+        """Draws the field into axes; their limits remain."""
         from matplotlib.collections import PathCollection
         from matplotlib.image import AxesImage
         from matplotlib.path import Path
@@ -193,13 +155,3 @@ def _shares_within(corner: Floats, place: Floats) -> Floats:
         own[:, first], own[:, second] = 1.0 - along[nearer], along[nearer]
         share[beside[nearer]] = own
     return share
-
-
-def _digest(*parts: str | bytes) -> int:
-    """Returns a number for contents, the same in each run."""
-    import zlib
-
-    number = 0
-    for part in parts:
-        number = zlib.crc32(part.encode() if isinstance(part, str) else part, number)
-    return number

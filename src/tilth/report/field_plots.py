@@ -15,10 +15,8 @@ from tilth.report.colour_scale import ColourScale
 from tilth.report.continuous import ContinuousField
 from tilth.report.domains import corners_of, drawn_at_once, outlines
 from tilth.report.fields import field_values, parameter_fields, with_unit
-from tilth.report.handles import collections_for
 from tilth.report.points_3d import draw_points_3d
 from tilth.report.rigid_bodies import draw_rigid_2d, draw_rigid_3d, rigid_vertices
-from tilth.report.svg_figure import SvgFigure
 from tilth.report.texts import AS_IT_IS, LABEL_WIDTH, any_characters, on_lines
 from tilth.report.tracked_surfaces import (
     add_tracked_legend,
@@ -30,6 +28,7 @@ from tilth.report.water_line import draw_water, nearby
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 MAXIMUM_DRAWN_DOMAINS = 60_000
 _MAXIMUM_ASPECT_RATIO = 7.0
@@ -49,10 +48,9 @@ def draw_frames(
     initial: Snapshot | None = None,
     titles: Sequence[str] | None = None,
     water: Callable[[float], Floats | None] = lambda time: None,
-    page: bool = False,
     show: str = "field",
     scale: ColourScale | None = None,
-) -> Any:
+) -> Figure:
     """Returns a figure with one panel per snapshot, all with the same axes and colours.
 
     ``colour_by`` is a name for :func:`tilth.report.fields.field_values`. In 2D the field is drawn
@@ -63,9 +61,11 @@ def draw_frames(
     of ``initial``, the first output of the run, are drawn dashed on all later ones. The panels have
     the ``titles``, or step and time. Points without a value (NaN) are grey. ``water`` returns the
     vertices of the water's surface in the plane at a time, see :class:`Setup`. Rigid bodies are
-    drawn where they are at each output. ``page``: in the plane for a page, as an :class:`SvgFigure`
-    in place of one of matplotlib.
+    drawn where they are at each output.
     """
+    from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
     dim = snapshots[0].dim
     coloured = [field_values(snapshot, colour_by, units) for snapshot in snapshots]
     values = [pair[0] for pair in coloured]
@@ -93,8 +93,9 @@ def draw_frames(
         figsize = (max(columns * (width + 0.55) + 1.4, 6.0), rows * (height + 0.75) + 0.35)
     else:
         figsize = (columns * 3.7 + 1.2, rows * 3.4 + 0.3)
-    figure = _figure(figsize, page and dim == 2)
-    of_values = scale.colours if isinstance(figure, SvgFigure) else scale.matplotlib().to_rgba
+    layout = ConstrainedLayoutEngine(h_pad=0.12)
+    figure = Figure(figsize=figsize, layout=layout)
+    of_values = scale.matplotlib().to_rgba
     panels: list[Any] = []
     for index, (snapshot, value) in enumerate(zip(snapshots, values, strict=True)):
         first = panels[0] if panels else None
@@ -122,16 +123,13 @@ def draw_frames(
             title = on_lines(titles[index], int(_TITLE_CHARACTERS * figsize[0] / columns))
         axes.set_title(title, fontsize=9, **AS_IT_IS)
         panels.append(axes)
-    if isinstance(figure, SvgFigure):
-        figure.add_colour_bar(scale, coloured[0][1])
-    else:
-        pad = 0.02 if dim == 2 else 0.12  # in 3D the labels of z are outside the panels
-        shrink = 0.9 if rows > 1 else 1.0
-        bar = figure.colorbar(scale.matplotlib(), ax=panels, shrink=shrink, pad=pad)
-        letters = min(LABEL_WIDTH, max(int(_LABEL_CHARACTERS * figsize[1]), 12))
-        bar.set_label(on_lines(coloured[0][1], letters), fontsize=9, **AS_IT_IS)
-        bar.ax.tick_params(labelsize=8)
-        bar.formatter.set_powerlimits((-3, 4))
+    pad = 0.02 if dim == 2 else 0.12  # in 3D the labels of z are outside the panels
+    shrink = 0.9 if rows > 1 else 1.0
+    bar = figure.colorbar(scale.matplotlib(), ax=panels, shrink=shrink, pad=pad)
+    letters = min(LABEL_WIDTH, max(int(_LABEL_CHARACTERS * figsize[1]), 12))
+    bar.set_label(on_lines(coloured[0][1], letters), fontsize=9, **AS_IT_IS)
+    bar.ax.tick_params(labelsize=8)
+    bar.formatter.set_powerlimits((-3, 4))  # type: ignore[attr-defined]
     notes = []
     if stretch > 1.001:
         notes.append(f"horizontal scale stretched {stretch:.3g} times")
@@ -144,9 +142,6 @@ def draw_frames(
     if initial is not None and all(snapshot.step == initial.step for snapshot in snapshots):
         initial = None
     add_tracked_legend(figure, snapshots, initial)
-    if isinstance(figure, SvgFigure):
-        return figure
-    layout = figure.get_layout_engine()
     with any_characters():  # the first pass does not know how narrow panels of equal scales become
         layout.execute(figure)
     return figure
@@ -192,16 +187,6 @@ def _set_axes(
     axes.set_facecolor("0.97")
 
 
-def _figure(size: tuple[float, float], page: bool) -> Any:
-    """Returns an empty figure."""
-    if page:
-        return SvgFigure(size)
-    from matplotlib.figure import Figure
-    from matplotlib.layout_engine import ConstrainedLayoutEngine
-
-    return Figure(figsize=size, layout=ConstrainedLayoutEngine(h_pad=0.12))
-
-
 def draw_plane(
     axes: Any, snapshot: Snapshot, values: Floats, colours: Callable[[Floats], Any], show: str
 ) -> None:
@@ -217,13 +202,13 @@ def draw_plane(
         region = region_of(snapshot, corners)
         ContinuousField(region, position, values, colours).add_to(axes)
         return
-    collections, point_colours = collections_for(axes), colours(values)
+    from matplotlib.collections import EllipseCollection, PolyCollection
+
+    point_colours = colours(values)
     if corners is not None and show != "points" and len(position) <= MAXIMUM_DRAWN_DOMAINS:
         area = drawn_at_once(outlines(position, corners))
         axes.add_collection(
-            collections.PolyCollection(
-                area, facecolors=point_colours, edgecolors=point_colours, linewidths=0.3
-            )
+            PolyCollection(area, facecolors=point_colours, edgecolors=point_colours, linewidths=0.3)
         )
         return
     volume = snapshot.point_fields.get("volume")
@@ -236,7 +221,7 @@ def draw_plane(
             len(position), float(np.sqrt(np.prod(np.ptp(position, axis=0)) / len(position)))
         )
     axes.add_collection(
-        collections.EllipseCollection(
+        EllipseCollection(
             diameter,
             diameter,
             np.zeros(len(position)),

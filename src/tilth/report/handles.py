@@ -1,12 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Entries of legends, and lines and markers, for both kinds of axes."""
+"""Entries of legends of figures and pages, and lines with a halo."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
 from typing import Any
-
-from tilth.report.symbols import Shape
 
 
 @dataclass
@@ -17,11 +15,23 @@ class Handle:
         label: its text.
         style: of the line, as for `plot_line`.
         patch: colour, edge and hatching of an area; empty for a line.
+        sign: a character that stands for it in a page; that of a line or area if empty.
     """
 
     label: str
     style: dict[str, Any] = field(default_factory=dict)
     patch: dict[str, Any] = field(default_factory=dict)
+    sign: str = ""
+
+    def __post_init__(self) -> None:
+        self.sign = self.sign or ("\N{BLACK SQUARE}" if self.patch else "\N{HORIZONTAL BAR}")
+
+    @property
+    def colour(self) -> str:
+        """Of the area, line or marker; empty if there is none."""
+        given = {**self.style, **self.patch}
+        names = ("color", "facecolor", "markeredgecolor")
+        return str(next((given[name] for name in names if name in given), ""))
 
     def matplotlib(self) -> Any:
         """Returns the handle of matplotlib."""
@@ -34,33 +44,17 @@ class Handle:
 
 
 def plot_line(axes: Any, x: Any, y: Any, **style: Any) -> None:
-    """Draws a line or markers; style as in matplotlib, with a `Shape` as `marker`, and `halo`.
+    """Draws a line or markers; style as in matplotlib, and `halo`.
 
     halo: width of a white line below [point].
     """
-    from tilth.report.svg_axes import SvgAxes
-
-    own = style if isinstance(axes, SvgAxes) else _of_matplotlib(style)
-    axes.plot(x, y, **own)
-
-
-def collections_for(axes: Any) -> Any:
-    """Returns the module with the collections that the axes take."""
-    from tilth.report.svg_axes import SvgAxes
-
-    if isinstance(axes, SvgAxes):
-        from tilth.report import svg_parts
-
-        return svg_parts
-    from matplotlib import collections
-
-    return collections
+    axes.plot(x, y, **_of_matplotlib(style))
 
 
 def _of_matplotlib(style: dict[str, Any]) -> dict[str, Any]:
     own = dict(style)
-    if isinstance(marker := own.get("marker"), Shape):
-        own["marker"] = marker.path()
+    if callable(marker := own.get("marker")):
+        own["marker"] = marker()
     if "halo" in own:
         from matplotlib.patheffects import withStroke
 

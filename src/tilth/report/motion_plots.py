@@ -6,19 +6,14 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from tilth.arrays import Floats
+from tilth.report.charts import Chart, Line
 from tilth.report.fields import with_unit
-from tilth.report.history_plots import LINE
 from tilth.report.stage_marks import MOST_NAMES, Span
-from tilth.report.texts import AS_IT_IS, LABEL_WIDTH, on_lines
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 AXES = ("x", "y", "z")
 STRAIGHT = 1e-6
@@ -56,34 +51,33 @@ class _Motion:
         return [axis for axis in AXES if f"{quantity}_{axis}" in self.values]
 
 
-def draw_forces(curves: Sequence[Curve], ends: Sequence[tuple[str, int]] = ()) -> Figure:
-    """Returns a figure of the curves, at least one; ``ends`` as :func:`ends_of_stages`."""
-    from matplotlib.figure import Figure
+def force_charts(curves: Sequence[Curve], ends: Sequence[tuple[str, int]] = ()) -> list[Chart]:
+    """Returns a chart of each curve; ``ends`` as :func:`ends_of_stages`, marked with circles.
 
-    columns = 1 if len(curves) == 1 else 2
-    rows = -(-len(curves) // columns)
-    width = 6.4 if columns == 1 else 9.6
-    figure = Figure(figsize=(width, (3.8 if columns == 1 else 3.2) * rows), layout="constrained")
-    for index, curve in enumerate(curves):
-        axes = figure.add_subplot(rows, columns, index + 1)
-        few = np.count_nonzero(np.isfinite(curve.motion)) <= 60
-        axes.plot(
-            curve.motion,
-            curve.reaction,
-            color=LINE,
-            linewidth=1.5,
-            marker="o" if few else None,
-            markersize=3,
+    Where they are few, they have their names.
+    """
+    found = []
+    for curve in curves:
+        lines = [Line(curve.motion, curve.reaction)]
+        rows = [row for _, row in ends]
+        if rows:
+            lines.append(Line(curve.motion[rows], curve.reaction[rows], kind="rings"))
+        words = [
+            (float(curve.motion[row]), float(curve.reaction[row]), name)
+            for name, row in ends
+            if np.isfinite([curve.motion[row], curve.reaction[row]]).all()
+        ]
+        found.append(
+            Chart(
+                f"{curve.reaction_label} against {curve.motion_label}",
+                curve.motion_label,
+                curve.reaction_label,
+                lines,
+                across=[0.0],
+                words=words if len(words) <= MOST_NAMES else (),
+            )
         )
-        _mark_ends(axes, curve, ends)
-        axes.axhline(0.0, color="0.6", linewidth=0.6, zorder=0.8)
-        axes.set_xlabel(on_lines(curve.motion_label, LABEL_WIDTH), fontsize=9, **AS_IT_IS)
-        axes.set_ylabel(on_lines(curve.reaction_label, LABEL_WIDTH), fontsize=9, **AS_IT_IS)
-        axes.tick_params(labelsize=8)
-        axes.ticklabel_format(scilimits=(-3, 5))
-        axes.grid(color="0.9", linewidth=0.6)
-        axes.set_axisbelow(True)
-    return figure
+    return found
 
 
 def motion_curves(table: Mapping[str, Floats], summary: Mapping[str, Any]) -> list[Curve]:
@@ -112,7 +106,7 @@ def motion_curves(table: Mapping[str, Floats], summary: Mapping[str, Any]) -> li
 
 
 def caption(curves: Sequence[Curve], kind: str) -> str:
-    """Returns the text below the figure."""
+    """Returns the text below the charts."""
     per = {
         "plane_strain": " They are per unit length.",
         "axisymmetric": " They are those of the full circle.",
@@ -217,22 +211,3 @@ def _direction(direction: Floats, axes: Sequence[str]) -> str:
         return axes[k] if direction[k] > 0.0 else f"-{axes[k]}"
     numbers = ", ".join(f"{value:.3g}" for value in direction + 0.0)
     return f"({numbers})"
-
-
-def _mark_ends(axes: Axes, curve: Curve, ends: Sequence[tuple[str, int]]) -> None:
-    """Marks the ends of stages with circles and, where they are few, with their names."""
-    for name, row in ends:
-        place = (float(curve.motion[row]), float(curve.reaction[row]))
-        if not np.isfinite(place).all():
-            continue
-        axes.plot(*place, "o", markerfacecolor="white", markeredgecolor=LINE, markersize=5)
-        if len(ends) <= MOST_NAMES:
-            axes.annotate(
-                name if len(name) <= 16 else f"{name[:15]}\u2026",
-                place,
-                xytext=(4.0, 4.0),
-                textcoords="offset points",
-                fontsize=7.5,
-                color="0.3",
-                **AS_IT_IS,
-            )

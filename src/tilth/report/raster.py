@@ -1,10 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Pictures of many small polygons as PNG: a page with each as a shape of its own would be large."""
+"""Which of many small polygons covers each pixel of an image."""
 
 from __future__ import annotations
-
-import struct
-import zlib
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,16 +64,3 @@ def _inside(normal: Floats, distance: Floats, x: Floats, y: Floats) -> NDArray[n
             nx * x + ny * y - d for nx, ny, d in zip(normal[0], normal[1], distance, strict=True)
         ]
     return np.asarray(np.min(sides, axis=0) >= -_ROOM)
-
-
-def png(pixels: NDArray[np.uint8]) -> bytes:
-    """Returns the PNG file of pixels: red, green, blue and opacity, shape (height, width, 4)."""
-    height, width, _ = pixels.shape
-    rows = np.zeros((height, 4 * width + 1), dtype=np.uint8)  # each begins with its filter: none
-    rows[:, 1:] = pixels.reshape(height, -1)
-    head = struct.pack(">2I5B", width, height, 8, 6, 0, 0, 0)
-    chunks = (b"IHDR", head), (b"IDAT", zlib.compress(rows.data, 2)), (b"IEND", b"")
-    return b"\x89PNG\r\n\x1a\n" + b"".join(
-        struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-        for kind, data in chunks
-    )

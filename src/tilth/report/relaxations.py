@@ -5,20 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from html import escape
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tilth.arrays import Floats
 from tilth.model.track import OF_RELAXATION
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-    from tilth.report.svg_axes import SvgAxes
-
-MARK = "#c1121f"
+from tilth.report.blocks import Block, Paragraph, Table
 
 
 @dataclass(frozen=True)
@@ -59,13 +51,7 @@ def relaxations(history: Mapping[str, Floats]) -> list[Relaxed]:
     return found
 
 
-def mark_relaxations(axes: Axes | SvgAxes, found: Sequence[Relaxed]) -> None:
-    """Draws a thin line at the time of each."""
-    for each in found:
-        axes.axvline(each.time, color=MARK, linewidth=0.7, linestyle=":", zorder=0.9)
-
-
-def relaxation_table(found: Sequence[Relaxed]) -> str:
+def relaxation_table(found: Sequence[Relaxed]) -> list[Block]:
     """Returns a table of all relaxations with an explanation."""
     heading = ("number", "time", "steps", "largest kinetic energy over the work", "end")
     rows = [
@@ -78,11 +64,7 @@ def relaxation_table(found: Sequence[Relaxed]) -> str:
         )
         for each in found
     ]
-    head = "".join(f"<th>{escape(cell)}</th>" for cell in heading)
-    body = "".join(
-        f"<tr>{''.join(f'<td>{escape(cell)}</td>' for cell in row)}</tr>\n" for row in rows
-    )
-    return f"<p>{_ABOUT}</p>\n<table>\n<tr>{head}</tr>\n{body}</table>"
+    return [Paragraph(_ABOUT), Table(rows, heading)]
 
 
 def after(found: Sequence[Relaxed], step: int) -> str:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Figures of a strength reduction: displacement over the factor, and the mechanism."""
+"""Chart and table of a strength reduction, and figures of its mechanism."""
 
 from __future__ import annotations
 
@@ -15,17 +15,21 @@ from tilth.output.safety_files import (
     SafetySummary,
     whose_text,
 )
+from tilth.output.snapshot import Snapshot
 from tilth.output.vtkhdf import Results
+from tilth.report.blocks import Table
+from tilth.report.charts import Chart, Line
 from tilth.report.field_plots import draw_frames
 from tilth.report.fields import with_unit
-from tilth.report.history_plots import LINE
-from tilth.report.texts import AS_IT_IS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 PLASTIC_INCREMENT = "plastic_strain_increment"
 """Field of the mechanism: equivalent plastic strain since the start of the reduction [-]."""
+
+FIELDS = (PLASTIC_INCREMENT, "displacement")
+"""Those that are drawn on the mechanism."""
 
 DRAWN_MOTION = 0.05
 """Largest displacement in a picture of the mechanism, over the smallest side of the soil."""
@@ -61,46 +65,61 @@ def _found(summary: SafetySummary) -> str:
     return f"Factor of safety undecided{whose}: {summary.bracket}"
 
 
-def draw_safety_curve(summary: SafetySummary, length_unit: str) -> Figure:
-    """Returns a plot of the largest displacement over the factor, with the bracket."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(6.4, 3.4), layout="constrained")
-    axes = figure.add_subplot()
+def safety_chart(summary: SafetySummary, length_unit: str) -> Chart:
+    """Returns a chart of the largest displacement over the factor, with the bracket."""
     stable = sorted(
         (trial.factor, trial.displacement)
         for trial in summary.trials
         if trial.outcome == EQUILIBRIUM and trial.displacement is not None
     )
     limit = summary.largest_displacement
-    axes.plot(*np.transpose(stable), "o-", color=LINE, markersize=4, label=EQUILIBRIUM)
-    for outcome, marker, colour in ((COLLAPSE, "x", "#c0392b"), (UNDECIDED, "s", "#8d6e00")):
-        factors = [trial.factor for trial in summary.trials if trial.outcome == outcome]
-        if factors:
-            axes.plot(factors, [limit] * len(factors), marker, color=colour, label=outcome)
-    axes.axhline(limit, color="0.6", linewidth=0.8, linestyle="--")
-    above = axes.get_xlim()[1] if summary.above is None else summary.above
-    axes.axvspan(summary.factor, above, color="#e9c46a", alpha=0.5, linewidth=0)
-    largest = min(max(limit, *(moved for _, moved in stable)), MOST_DRAWN * limit)
-    axes.set_ylim(0.0, 1.1 * largest)
-    axes.set_xlabel("factor of the strength [-]", fontsize=9)
-    axes.set_ylabel(with_unit("largest displacement", length_unit), fontsize=9, **AS_IT_IS)
-    axes.tick_params(labelsize=8)
-    axes.legend(fontsize=8)
-    axes.grid(color="0.9", linewidth=0.6)
-    axes.set_axisbelow(True)
-    return figure
+    factors, moved = np.transpose(stable)
+    lines = [Line(factors, moved, EQUILIBRIUM)]
+    for outcome, kind, colour in ((COLLAPSE, "crosses", 1), (UNDECIDED, "squares", 2)):
+        own = [trial.factor for trial in summary.trials if trial.outcome == outcome]
+        if own:
+            lines.append(Line(np.array(own), np.full(len(own), limit), outcome, colour, kind))
+    above = max(trial.factor for trial in summary.trials)
+    return Chart(
+        "Largest displacement over the factor of the strength",
+        "factor of the strength [-]",
+        with_unit("largest displacement", length_unit),
+        lines,
+        limits=(0.0, 1.1 * min(max(limit, float(moved.max())), MOST_DRAWN * limit)),
+        across=[limit],
+        span=(summary.factor, above if summary.above is None else summary.above),
+    )
+
+
+def trials_table(summary: SafetySummary, length_unit: str) -> Table:
+    """Returns a table of all trials in the order of their factors."""
+    heads = ["factor", "outcome", with_unit("largest displacement", length_unit), "iterations"]
+    rows = [
+        [
+            f"{trial.factor:.6g}",
+            trial.outcome,
+            "" if trial.displacement is None else f"{trial.displacement:.5g}",
+            str(trial.iterations),
+        ]
+        for trial in sorted(summary.trials, key=lambda trial: trial.factor)
+    ]
+    return Table(rows, heads, "Numbers: all trials")
 
 
 def draw_mechanism(results: Results, *, axisymmetric: bool) -> dict[str, Figure]:
     """Returns figures of the displacement and the plastic strain, on the magnified mechanism."""
+    drawn = mechanism(results)
+    return {
+        name.replace("_", " "): draw_frames([drawn], name, results.units, axisymmetric=axisymmetric)
+        for name in FIELDS
+    }
+
+
+def mechanism(results: Results) -> Snapshot:
+    """Returns the output of a strength reduction with its displacement magnified."""
     snapshot = results.snapshot(-1)
     moved = np.asarray(snapshot.point_fields["displacement"])
     largest = float(np.linalg.norm(moved, axis=1).max())
     side = float(np.ptp(snapshot.position, axis=0).min())
     magnified = DRAWN_MOTION * side / largest if largest > 0.0 else 1.0
-    drawn = replace(snapshot, position=snapshot.position + magnified * moved)
-    return {
-        name.replace("_", " "): draw_frames([drawn], name, results.units, axisymmetric=axisymmetric)
-        for name in (PLASTIC_INCREMENT, "displacement")
-    }
+    return replace(snapshot, position=snapshot.position + magnified * moved)

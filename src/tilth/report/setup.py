@@ -13,7 +13,6 @@ from tilth.report.handles import Handle
 from tilth.report.setup_data import Condition, Load, Setup, Soil, Surface
 from tilth.report.setup_view import BODY_COLOURS, CONDITION_COLOURS, LOAD_COLOUR, draw_view
 from tilth.report.surface_view import LINE_STYLES, LINE_WIDTH
-from tilth.report.svg_figure import SvgFigure
 from tilth.report.symbols import arrow, hatching, support
 from tilth.report.texts import AS_IT_IS, add_legend, any_characters, on_lines
 from tilth.report.tracked_surfaces import tracked_handles
@@ -30,7 +29,6 @@ __all__ = [
     "Surface",
     "draw_setup",
     "legend_handles",
-    "page_setup",
 ]
 
 _MAXIMUM_ASPECT_RATIO = 6.0
@@ -43,18 +41,6 @@ def draw_setup(setup: Setup) -> Figure:
     """Returns the figure of a set-up: 2D to scale, 3D as views along the axes and one in 3D."""
     from matplotlib.figure import Figure
 
-    figure: Figure = _draw(setup, Figure)
-    return figure
-
-
-def page_setup(setup: Setup) -> Figure | SvgFigure:
-    """Returns the same for a page, in the plane as SVG."""
-    return draw_setup(setup) if setup.dim == 3 else _draw(setup, SvgFigure)
-
-
-def _draw(setup: Setup, kind: Any) -> Any:
-    """Returns a figure of a kind."""
-    figure: Any
     notes: list[str] = []
     lower, upper = setup.bounds()
     if setup.dim == 3:
@@ -67,10 +53,10 @@ def _draw(setup: Setup, kind: Any) -> Any:
         if ratio <= _MAXIMUM_ASPECT_RATIO:
             width = float(np.clip(5.5 * size[0] / size[1], 3.5, 8.0))
             height = float(np.clip(width * size[1] / size[0], 2.2, 6.5))
-            figure = kind(figsize=(width + 2.9, height + 1.0), layout="constrained")
+            figure = Figure(figsize=(width + 2.9, height + 1.0), layout="constrained")
             draw_view(figure.add_subplot(), setup, (0, 1), lower, upper, notes)
         else:
-            figure = _draw_elongated(setup, lower, upper, notes, kind)
+            figure = _draw_elongated(setup, lower, upper, notes)
     width = int(_TITLE_CHARACTERS * float(figure.get_size_inches()[0]))
     title = on_lines(setup.title or "Set-up", width)
     figure.suptitle(title, fontsize=12, x=0.02, ha="left", **AS_IT_IS)
@@ -91,26 +77,28 @@ def _draw(setup: Setup, kind: Any) -> Any:
     if notes:
         text = on_lines("\n".join(dict.fromkeys(notes)), 2 * width)
         figure.supxlabel(text, fontsize=7.5, color="0.35", **AS_IT_IS)
-    layout = None if isinstance(figure, SvgFigure) else figure.get_layout_engine()
+    layout = figure.get_layout_engine()
     if layout is not None and setup.surfaces:
         with any_characters():  # next to a wide legend more iterations than matplotlib's are needed
             layout.execute(figure)
     return figure
 
 
-def _draw_elongated(setup: Setup, lower: Floats, upper: Floats, notes: list[str], kind: Any) -> Any:
+def _draw_elongated(setup: Setup, lower: Floats, upper: Floats, notes: list[str]) -> Figure:
     """Returns a figure of the whole and its two ends enlarged, all to scale."""
+    from matplotlib.figure import Figure
+
     size = upper - lower
     long = int(np.argmax(size))
     window = 2.0 * float(size[1 - long])
     if long == 1:
-        figure = kind(figsize=(8.6, 7.0), layout="constrained")
+        figure = Figure(figsize=(8.6, 7.0), layout="constrained")
         layout = figure.add_gridspec(2, 2, width_ratios=[1, 2.2])
         whole = figure.add_subplot(layout[:, 0])
         ends = [figure.add_subplot(layout[1, 1]), figure.add_subplot(layout[0, 1])]
         names = ["lower end", "upper end"]
     else:
-        figure = kind(figsize=(10.5, 5.6), layout="constrained")
+        figure = Figure(figsize=(10.5, 5.6), layout="constrained")
         layout = figure.add_gridspec(2, 2, height_ratios=[1, 2.0])
         whole = figure.add_subplot(layout[0, :])
         ends = [figure.add_subplot(layout[1, 0]), figure.add_subplot(layout[1, 1])]
@@ -130,6 +118,8 @@ def _draw_elongated(setup: Setup, lower: Floats, upper: Floats, notes: list[str]
     return figure
 
 
+_SUPPORTS = {"fixed": "\N{WHITE UP-POINTING TRIANGLE}", "roller": "\N{WHITE CIRCLE}"}
+_ARROW, _CROSS = "\N{RIGHTWARDS ARROW}", "\N{MULTIPLICATION SIGN}"
 LEGEND_ENTRIES = 40
 """Entries of the legend at most; more would leave no room for the picture."""
 
@@ -150,16 +140,20 @@ def legend_handles(setup: Setup) -> list[Handle]:
         constrained = np.any(condition.constrained, axis=0) if len(condition.constrained) else []
         components = ", ".join(name for name, h in zip(names, constrained, strict=False) if h)
         style: dict[str, Any] = {"marker": "x", "markersize": 5}
+        sign = _CROSS
         text = f"{condition.name}\n{condition.kind}, {components} constrained"
         if condition.displacement is not None:
             largest = float(np.linalg.norm(condition.displacement, axis=1).max(initial=0.0))
             amount = f"up to {_number(largest)} {setup.length_unit}".rstrip()
             text = f"{condition.name}\n{condition.kind} in {components},\n{amount}"
             style = {"marker": arrow((1.0, 0.0)), "markersize": 14, "markerfacecolor": colour}
+            sign = _ARROW
         elif condition.kind != "affine":
             kind = "fixed" if np.all(constrained) else "roller"
             style = {"marker": support(kind, 1, -1), "markersize": 19, "markerfacecolor": "w"}
-        handles.append(Handle(text, {"linestyle": "none", "markeredgecolor": colour, **style}))
+            sign = _SUPPORTS[kind]
+        style = {"linestyle": "none", "markeredgecolor": colour, **style}
+        handles.append(Handle(text, style, sign=sign))
     for place, surface in enumerate(setup.surfaces, start=len(setup.conditions)):
         number = setup.colour_of(surface.name, place)
         colour = CONDITION_COLOURS[number % len(CONDITION_COLOURS)]
@@ -219,7 +213,8 @@ def _arrow_handle(direction: tuple[float, float], label: str) -> Handle:
     style: dict[str, Any] = {"marker": "x", "markersize": 5}
     if any(direction):
         style = {"marker": arrow(direction), "markersize": 15, "markerfacecolor": LOAD_COLOUR}
-    return Handle(label, {"linestyle": "none", "markeredgecolor": LOAD_COLOUR, **style})
+    style = {"linestyle": "none", "markeredgecolor": LOAD_COLOUR, **style}
+    return Handle(label, style, sign=_ARROW if any(direction) else _CROSS)
 
 
 def _cell_text(setup: Setup) -> str:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from tilth.arrays import Floats, Integers, distinct_rows
 from tilth.report.domains import corners_of_boxes, drawn_at_once, outlines, sides_towards
 from tilth.report.fields import with_unit
-from tilth.report.handles import collections_for, plot_line
+from tilth.report.handles import plot_line
 from tilth.report.setup_data import Condition, Setup, Soil
 from tilth.report.surface_view import draw_surface
 from tilth.report.symbols import arrows, support
@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 BODY_COLOURS = ("#c9a66b", "#7d9d9c", "#b5838d", "#8d99ae", "#a3b18a", "#d4a373", "#84a9c0")
+_STRONG = np.array([list(bytes.fromhex(colour[1:])) for colour in BODY_COLOURS]) / 255.0
+FILLS = np.stack([0.3 + 0.7 * _STRONG, 0.85 * _STRONG], axis=1).reshape(-1, 3)
+"""Red, green and blue of the domains of soil by `Setup.shade`."""
 CONDITION_COLOURS = ("#1d3557", "#2a6f4e", "#6a3d9a", "#b15928", "#00798c", "#5c4d7d")
 LOAD_COLOUR = "#c1121f"
 NEW_EDGE = "0.4"
@@ -113,8 +116,9 @@ def _draw_grid(
                 lines.append([(x, low[1]), (x, high[1])])
             else:
                 lines.append([(low[0], x), (high[0], x)])
-    collection = collections_for(axes).LineCollection
-    axes.add_collection(collection(lines, colors="0.3", alpha=0.3, linewidths=0.5, zorder=1.5))
+    from matplotlib.collections import LineCollection
+
+    axes.add_collection(LineCollection(lines, colors="0.3", alpha=0.3, linewidths=0.5, zorder=1.5))
 
 
 def _draw_bodies(
@@ -126,7 +130,8 @@ def _draw_bodies(
     notes: list[str],
 ) -> None:
     """Draws filled domains, and points where these are large enough to be distinguished."""
-    collections = collections_for(axes)
+    from matplotlib.collections import EllipseCollection, PolyCollection
+
     low, high = lower[chosen], upper[chosen]
     half_lengths = setup.half_lengths
     margin = 0.0 if half_lengths is None else half_lengths.max(axis=0)
@@ -157,12 +162,10 @@ def _draw_bodies(
         area, area_shade = outlines(position, setup.corners[seen]), shade
     else:
         area, area_shade = _sides(setup, seen, chosen)
-    strong = np.array([list(bytes.fromhex(colour[1:])) for colour in BODY_COLOURS]) / 255.0
-    fills = np.stack([0.3 + 0.7 * strong, 0.85 * strong], axis=1).reshape(-1, 3)
-    fill = fills[area_shade % len(fills)]
+    fill = FILLS[area_shade % len(FILLS)]
     edges = np.array([[1.0] * 3, [float(NEW_EDGE)] * 3])
     axes.add_collection(
-        collections.PolyCollection(
+        PolyCollection(
             drawn_at_once(area),
             facecolors=fill,
             edgecolors=edges[area_shade % 2] if drawn else fill,
@@ -173,13 +176,13 @@ def _draw_bodies(
     if not drawn:
         return
     axes.add_collection(
-        collections.EllipseCollection(
+        EllipseCollection(
             diameter,
             diameter,
             np.zeros(len(diameter)),
             units="xy",
             offsets=position,
-            facecolors=0.75 * strong[shade // 2 % len(strong)],
+            facecolors=0.75 * _STRONG[shade // 2 % len(_STRONG)],
             edgecolors="none",
             transOffset=axes.transData,
             zorder=2,
@@ -273,7 +276,7 @@ def _draw_condition(
         return
     for mask in np.unique(constrained[pick], axis=0):
         group = nodes[pick][np.all(constrained[pick] == mask, axis=1)]
-        axis, sign = _outward(group, mask[chosen], middle[chosen])
+        axis, sign = outward(group, mask[chosen], middle[chosen])
         if condition.kind == "affine" or not np.any(mask[chosen]):
             axes.plot(
                 *group.T, "x", color=colour, markersize=4, zorder=4, clip_on=False, in_layout=False
@@ -295,12 +298,12 @@ def _draw_condition(
         )
 
 
-def _outward(nodes: Floats, mask: NDArray[np.bool_], middle: Floats) -> tuple[int, int]:
+def outward(nodes: Floats, mask: NDArray[np.bool_], middle: Floats) -> tuple[int, int]:
     """Returns axis and sign of the side on which the symbols of a group of nodes are drawn."""
     if np.count_nonzero(mask) == 1:
         axis = int(np.flatnonzero(mask)[0])
     else:
         spread = np.ptp(nodes, axis=0)
-        axis = int(np.argmin(spread)) if len(nodes) > 1 else 1
+        axis = int(np.argmin(spread)) if len(nodes) > 1 else len(middle) - 1
     distance = float(nodes[:, axis].mean() - middle[axis])
     return axis, 1 if distance > 0.0 else -1

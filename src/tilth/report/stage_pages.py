@@ -164,7 +164,7 @@ def _title(staged: StagedSetup, number: int, width: float) -> str:
 def _legend(staged: StagedSetup, numbers: range) -> list[Handle]:
     """Returns the legend's handles of everything that is there in one of the stages."""
     stages = [staged.stages[number] for number in numbers]
-    handles = legend_handles(_everything(staged, stages))
+    handles = legend_handles(everything(staged, stages))
     extra = [staged.at(number) for number in numbers]
     if any(np.any(each.is_new) for each in extra):
         colour = BODY_COLOURS[0]
@@ -177,7 +177,7 @@ def _legend(staged: StagedSetup, numbers: range) -> list[Handle]:
     return handles
 
 
-def _everything(staged: StagedSetup, stages: Sequence[StageSetup]) -> Setup:
+def everything(staged: StagedSetup, stages: Sequence[StageSetup]) -> Setup:
     """Returns a set-up with all soil, and with the largest of each condition and load."""
     setups = [stage.setup for stage in stages]
     conditions: dict[str, Condition] = {}

@@ -9,7 +9,6 @@ h1 { font-size: 1.7rem; margin: 0.3rem 0 0.8rem; }
 h2 { font-size: 1.2rem; margin: 2rem 0 0.7rem; padding-bottom: 0.2rem;
   border-bottom: 2px solid #c9a66b; }
 h3 { font-size: 1rem; margin: 1.1rem 0 0.3rem; }
-img { max-width: 100%; height: auto; display: block; margin: 0 auto; }
 table { border-collapse: collapse; margin: 0.3rem 0; font-variant-numeric: tabular-nums; }
 th, td { text-align: left; padding: 0.15rem 1.2rem 0.15rem 0; vertical-align: top;
   border-bottom: 1px solid #eee; }
@@ -25,7 +24,7 @@ footer { max-width: 1040px; margin: 0 auto; padding: 0.6rem 2rem; color: #888; f
   @page { margin: 15mm; }
   body { background: #fff; font-size: 10pt; } main { max-width: none; padding: 0; }
   h1, h2, h3 { break-after: avoid; } h2 { margin-top: 1.4rem; }
-  img { max-height: 24cm; } img, table, li, .state { break-inside: avoid; } footer { padding: 0; }
+  li, .state { break-inside: avoid; } footer { padding: 0; }
   table { font-size: 8.5pt; } th, td { padding-right: 0.8rem; min-width: 5em; }
   .state { print-color-adjust: exact; -webkit-print-color-adjust: exact; }
 }

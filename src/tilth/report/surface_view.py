@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tilth.arrays import Floats, Integers
-from tilth.report.handles import collections_for
 from tilth.report.setup_data import Surface
 from tilth.report.surface_lines import (
     chains,
@@ -122,9 +121,10 @@ def _draw_rigid(
     symbols: bool,
 ) -> None:
     """Draws lines (n, 2, 2) and their supports; ``stroke`` is the depth of the hatching."""
+    from matplotlib.collections import EllipseCollection, LineCollection
+
     if len(segment) == 0:
         return
-    collections = collections_for(axes)
     segment = oriented(segment, normal)
     order = chains(segment)
     for chain in order:
@@ -154,13 +154,13 @@ def _draw_rigid(
     )
     free = ~np.any(_crosses(strokes, segment), axis=1)
     axes.add_collection(
-        collections.LineCollection(
+        LineCollection(
             list(strokes[free].reshape(-1, 2, 2)), colors=colour, linewidths=0.9, zorder=3.9
         )
     )
     if kind == "roller":
         axes.add_collection(
-            collections.EllipseCollection(
+            EllipseCollection(
                 0.84 * unit,
                 0.84 * unit,
                 0.0,

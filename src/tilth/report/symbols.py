@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Symbols of structural mechanics as markers, with their tip at the node."""
+"""Symbols of structural mechanics as markers of matplotlib, with their tip at the node.
+
+What makes them is returned, so that a legend of a page needs no matplotlib.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,37 +17,19 @@ if TYPE_CHECKING:
     from matplotlib.path import Path
 
 
-@dataclass(frozen=True, eq=False)
-class Shape:
-    """Open and closed polygons around the origin, y upwards; the latter end where they begin."""
+def _marker(parts: Sequence[Any]) -> Callable[[], Path]:
+    """Returns what makes the marker of open and closed polygons around the origin, y upwards.
 
-    parts: tuple[Floats, ...]
+    Those that are closed end where they begin.
+    """
 
-    @classmethod
-    def of(cls, parts: Sequence[Any]) -> Shape:
-        """Returns the shape of lists of vertices."""
-        return cls(tuple(np.asarray(part, dtype=float) for part in parts))
-
-    @property
-    def extent(self) -> float:
-        """Largest coordinate, which fixes the scale."""
-        return max(float(np.abs(part).max()) for part in self.parts)
-
-    def path(self) -> Path:
-        """Returns the same as marker of matplotlib."""
+    def make() -> Path:
         from matplotlib.path import Path
 
-        paths = [Path(part, closed=_is_closed(part)) for part in self.parts]
-        return Path.make_compound_path(*paths)
+        arrays = [np.asarray(part, dtype=float) for part in parts]
+        return Path.make_compound_path(*(Path(part, closed=_is_closed(part)) for part in arrays))
 
-    def svg(self, scale: float) -> str:
-        """Returns the same as path in SVG, whose y goes downwards."""
-        found = ""
-        for part in self.parts:
-            corners = (part * [scale, -scale]).tolist()
-            found += "M" + "L".join(f"{x:.2f} {y:.2f}" for x, y in corners)
-            found += "Z" if _is_closed(part) else ""
-        return found
+    return make
 
 
 def _is_closed(part: Floats) -> bool:
@@ -56,7 +40,7 @@ _FRAME = [[0.0, 1.0], [0.0, 1.0]]
 """A line without length at the distance that fixes the scale."""
 
 
-def support(kind: str, axis: int, sign: int) -> Shape:
+def support(kind: str, axis: int, sign: int) -> Callable[[], Path]:
     """Returns the marker of a ``roller`` or ``fixed`` support on the given side of its node.
 
     ``axis`` 0 is to the right and 1 upwards in the figure, ``sign`` -1 is the opposite direction.
@@ -69,10 +53,10 @@ def support(kind: str, axis: int, sign: int) -> Shape:
         body = np.array([[0.0, 0.0], [-0.42, -0.60], [0.42, -0.60], [0.0, 0.0]])
     hatches = [[[x, -0.68], [x - 0.18, -0.92]] for x in (-0.30, 0.0, 0.30, 0.5)]
     parts = [body, [[-0.5, -0.68], [0.5, -0.68]], *hatches, _FRAME]
-    return Shape.of([_rotated(np.asarray(part), axis, sign) for part in parts])
+    return _marker([_rotated(np.asarray(part), axis, sign) for part in parts])
 
 
-def arrow(direction: tuple[float, float]) -> Shape:
+def arrow(direction: tuple[float, float]) -> Callable[[], Path]:
     """Returns a centred arrow in ``direction``, not of zero length, as marker of a legend."""
     shape = np.array(
         [[-1, 0.12], [0.25, 0.12], [0.25, 0.42], [1, 0], [0.25, -0.42], [0.25, -0.12], [-1, -0.12]]
@@ -80,13 +64,13 @@ def arrow(direction: tuple[float, float]) -> Shape:
     length = float(np.hypot(*direction))
     c, s = direction[0] / length, direction[1] / length
     rotated = shape @ np.array([[c, s], [-s, c]])
-    return Shape.of([np.vstack([rotated, rotated[:1]])])
+    return _marker([np.vstack([rotated, rotated[:1]])])
 
 
-def hatching() -> Shape:
+def hatching() -> Callable[[], Path]:
     """Returns the marker of a rigid boundary in legends: hatching below a line."""
     strokes = [[[x, 0.0], [x - 0.25, -0.45]] for x in (-0.25, 0.05, 0.35, 0.65)]
-    return Shape.of([*strokes, _FRAME])
+    return _marker([*strokes, _FRAME])
 
 
 def arrows(axes: Any, position: Floats, vectors: Floats, colour: str, pivot: str) -> None:

@@ -1,62 +1,56 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""HTML tables of nested plain data, such as the declared model."""
+"""Tables of nested plain data, such as the declared model."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from html import escape
 from typing import Any
 
+from tilth.report.blocks import Block, Heading, Table
 
-def facts_table(facts: Mapping[str, str]) -> str:
+
+def facts_table(facts: Mapping[str, str]) -> Table:
     """Returns a table of two columns: name and value."""
-    rows = "".join(
-        f"<tr><th>{escape(name)}</th><td>{escape(value)}</td></tr>" for name, value in facts.items()
-    )
-    return f"<table>{rows}</table>"
+    return Table(list(facts.items()))
 
 
-def model_tables(summary: Mapping[str, Any]) -> str:
+def model_tables(summary: Mapping[str, Any]) -> list[Block]:
     """Returns one heading and table per part of the model.
 
     A mapping becomes rows of name and value; a list of mappings (bodies, boundaries, ...) and a
     mapping of mappings (materials) become one table with a row for each, a column for each key.
     """
-    parts = []
+    parts: list[Block] = []
     single_values = {}
     for name, value in summary.items():
         if isinstance(value, Mapping) and value and _all_mappings(list(value.values())):
             rows = [{"name": key, **entry} for key, entry in value.items()]
-            parts.append(_part(name, _entries(rows)))
+            parts += [_heading(name), _entries(rows)]
         elif isinstance(value, Mapping):
             if value:
-                parts.append(_part(name, facts_table(_spaced(_filled(value)))))
+                parts += [_heading(name), facts_table(_spaced(_filled(value)))]
         elif _is_list(value) and value and _all_mappings(value):
-            parts.append(_part(name, _entries(list(value))))
+            parts += [_heading(name), _entries(list(value))]
         elif value is not None and not (_is_list(value) and not value):
             single_values[name] = _text(value)
     if single_values:
         parts.insert(0, facts_table(_spaced(single_values)))
-    return "\n".join(parts)
+    return parts
 
 
-def _part(name: str, content: str) -> str:
-    return f"<h3>{escape(name.replace('_', ' ').capitalize())}</h3>\n{content}"
+def _heading(name: str) -> Heading:
+    return Heading(name.replace("_", " ").capitalize())
 
 
-def _entries(rows: Sequence[Mapping[str, Any]]) -> str:
+def _entries(rows: Sequence[Mapping[str, Any]]) -> Table:
     """Returns a table with one row per entry; columns without values are left out."""
     keys = [
         key
         for key in dict.fromkeys(key for row in rows for key in row)
         if any(row.get(key) not in (None, [], {}, ()) for row in rows)
     ]
-    head = "".join(f"<th>{escape(key.replace('_', ' '))}</th>" for key in keys)
-    body = "".join(
-        "<tr>" + "".join(f"<td>{escape(_text(row.get(key)))}</td>" for key in keys) + "</tr>"
-        for row in rows
-    )
-    return f"<table><tr>{head}</tr>{body}</table>"
+    cells = [[_text(row.get(key)) for key in keys] for row in rows]
+    return Table(cells, [key.replace("_", " ") for key in keys])
 
 
 def _filled(values: Mapping[str, Any]) -> dict[str, str]:

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import io
 import textwrap
 import warnings
 from collections.abc import Iterator, Sequence
@@ -14,7 +13,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from tilth.report.handles import Handle
-    from tilth.report.svg_figure import SvgFigure
 
 AS_IT_IS: dict[str, Any] = {"parse_math": False, "usetex": False}
 """Options of every text that holds words of the user: $, \\ and _ have no meaning there."""
@@ -28,13 +26,8 @@ def on_lines(text: str, width: int) -> str:
     return "\n".join(line for part in lines for line in part)
 
 
-def add_legend(figure: Figure | SvgFigure, handles: Sequence[Handle], **style: Any) -> None:
+def add_legend(figure: Figure, handles: Sequence[Handle], **style: Any) -> None:
     """Adds a legend of ``handles`` with their labels, also those that begin with an underscore."""
-    from tilth.report.svg_figure import SvgFigure
-
-    if isinstance(figure, SvgFigure):
-        figure.add_legend(handles, style.get("ncols", 0))
-        return
     own = [handle.matplotlib() for handle in handles]
     legend = figure.legend(handles=own, labels=["-"] * len(handles), **style)
     for text, handle in zip(legend.get_texts(), handles, strict=True):
@@ -48,25 +41,6 @@ def any_characters() -> Iterator[None]:
         warnings.filterwarnings("ignore", "Glyph .* missing from", UserWarning)
         warnings.filterwarnings("ignore", "Matplotlib currently does not support", UserWarning)
         yield
-
-
-RESOLUTION = 130
-"""Of pictures in pages [pixels per inch]."""
-_QUICKLY = {"compress_level": 3}
-
-
-def png(figure: Figure) -> bytes:
-    """Returns the figure as PNG for a page, laid out once; `savefig` draws twice for a layout."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-
-    canvas, buffer = FigureCanvasAgg(figure), io.BytesIO()
-    figure.set_dpi(RESOLUTION)
-    with any_characters():
-        if (layout := figure.get_layout_engine()) is not None:
-            layout.execute(figure)
-            figure.set_layout_engine("none")
-        canvas.print_png(buffer, pil_kwargs=_QUICKLY)  # type: ignore[no-untyped-call]
-    return buffer.getvalue()
 
 
 def save(figure: Figure, to: Any, **options: Any) -> None:

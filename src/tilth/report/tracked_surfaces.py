@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from tilth.arrays import Floats, Integers
 from tilth.output.snapshot import Snapshot, SurfaceShape
 from tilth.report.handles import Handle, plot_line
-from tilth.report.svg_figure import SvgFigure
 from tilth.report.texts import LEGEND_WIDTH, add_legend, any_characters, on_lines
 
 if TYPE_CHECKING:
@@ -104,7 +103,7 @@ def tracked_handles(
 
 
 def add_tracked_legend(
-    figure: Figure | SvgFigure, snapshots: Sequence[Snapshot], initial: Snapshot | None
+    figure: Figure, snapshots: Sequence[Snapshot], initial: Snapshot | None
 ) -> None:
     """Adds a legend of the tracked surfaces that one of the panels has, above them.
 
@@ -139,8 +138,6 @@ def add_tracked_legend(
         frameon=False,
         handlelength=2.6,
     )
-    if isinstance(figure, SvgFigure):
-        return
     layout = figure.get_layout_engine()
     if layout is not None:
         with any_characters():  # below a high legend more iterations than matplotlib's are needed

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The pictures of a study: distributions, convergence of the means, dependence on parameters."""
+"""The picture of a study: distributions and convergence of the means."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tilth.arrays import Floats
-from tilth.model import Study
 from tilth.report.texts import AS_IT_IS, LABEL_WIDTH, on_lines
 from tilth.studies.statistics import Statistics, running_mean
 
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
 
 COLOUR, DARK, LINE = "#8fb3c9", "#1d3f58", "#c1121f"
 MOST_PANELS = 6
-"""Parameters and outcomes of one picture, at most."""
+"""Parameters and outcomes that are drawn, at most."""
 
 
 def draw_outcomes(result: StudyResult) -> Figure:
@@ -59,38 +58,6 @@ def draw_outcomes(result: StudyResult) -> Figure:
     return figure
 
 
-def draw_dependence(asked: Study, result: StudyResult) -> Figure | None:
-    """Returns outcomes against parameters; None if no parameter has numbers that matter as such.
-
-    Seeds are left out, and lists and texts.
-    """
-    columns = [
-        (entry.column, np.array(result.values[entry.column], dtype=np.float64))
-        for entry in asked.vary
-        if not entry.new_seed
-        and not entry.key.endswith("seed")
-        and all(_is_number(value) for value in result.values[entry.column])
-        and len(set(result.values[entry.column])) > 1
-    ][:MOST_PANELS]
-    rows = list(zip(result.outcomes.values(), result.statistics, strict=True))[:MOST_PANELS]
-    if not columns:
-        return None
-    width = 3.5 * max(len(columns), 2)
-    figure = _figure(width, 3.0 * len(rows))
-    panels = figure.subplots(len(rows), len(columns), squeeze=False)
-    for (outcomes, found), line in zip(rows, panels, strict=True):
-        there = np.isfinite(outcomes)
-        for (name, values), panel in zip(columns, line, strict=True):
-            panel.plot(values[there], outcomes[there], "o", ms=4, color=DARK, alpha=0.7, mew=0)
-            for value in values[~there]:
-                panel.axvline(value, ymax=0.05, color=LINE, lw=1.2)
-            _label(panel, "x", name)
-            _label(panel, "y", found.heading)
-    if result.reasons:
-        figure.suptitle("red: values of samples without the outcome", fontsize=9)
-    return figure
-
-
 def _histogram(panel: Axes, numbers: Floats, found: Statistics) -> None:
     from matplotlib.ticker import MaxNLocator
 
@@ -109,7 +76,3 @@ def _figure(width: float, height: float) -> Figure:
 
 def _label(panel: Axes, axis: str, text: str) -> None:
     getattr(panel, f"set_{axis}label")(on_lines(text, LABEL_WIDTH - 16), **AS_IT_IS)
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)

@@ -13,7 +13,7 @@ Tilth.Body = class {
     this.field.value = body.fields.findIndex((field) => field.name === body.start);
     for (const [name, text] of [...(plane ? [["field", "continuous field"]] : []), ["domains", "domains"], ["points", "points"]]) this.drawn.add(new Option(text, name));
     this.time.max = body.frames.length - 1;
-    try { this.scene = new Tilth.Scene(get("canvas"), body, maps); }
+    try { this.scene = new Tilth.Scene(get("canvas"), body, maps, true); Tilth.figures.push(this); }
     catch (error) { Tilth.element("explore-body").hidden = true; throw error; }
     this.scene.drawn = this.drawn.value;
     if (!plane) this.scene.triad = new Tilth.Triad(get("triad"), body.axes);
@@ -29,24 +29,25 @@ Tilth.Body = class {
     }
     get("reset").onclick = () => { this.scene.look(); this.scene.resize(); };
     get("play").onclick = () => this.play();
-    get("axes").textContent = plane ? `${body.axes[0]} \u2192, ${body.axes[1]} \u2191; drag to move, wheel to enlarge, click a point` : "drag to turn, wheel to enlarge, click a point";
+    get("axes").textContent = plane ? "Drag to move, wheel to enlarge, click a point." : `Drag to turn, wheel to enlarge, click a point. Lengths in ${body.length || "their unit"}.`;
     const notes = ["Displacements are not magnified.", ...body.notes]; get("notes").textContent = notes.join(" ");
     if (!plane) this.sections(get("sections"));
     this.clicks(get("canvas"));
-    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.show(this.index));
     this.time.value = body.frames.length - 1;
     this.ready = this.show(body.frames.length - 1);
   }
 
+  redraw() { if (!Tilth.paper) this.scene.redraw(); }
+
   // Returns the numbers of an output, without its values; the last few are kept.
   async load(index) {
     if (this.kept.has(index)) return this.kept.get(index);
-    const stored = this.body.frames[index], columns = (list) => Promise.all(list.map(Tilth.rounded));
+    const stored = this.body.frames[index], columns = (list) => Promise.all(list.map((each) => Tilth.rounded(each)));
     const [position, edges, lines] = await Promise.all([columns(stored.position), columns(stored.domain),
       Promise.all(stored.lines.map(async (part) => ({ ...part, position: await columns(part.position) })))]);
     const frame = { count: stored.count, enlarged: stored.enlarged, position, edges, lines, columns: new Map() };
     this.kept.set(index, frame);
-    if (this.kept.size > Math.max(6, 1e6 / Math.max(frame.count, 1))) this.forget(this.kept.keys().next().value);
+    if (this.kept.size > Math.max(12, 1e6 / Math.max(frame.count, 1))) this.forget(this.kept.keys().next().value);
     return frame;
   }
 
@@ -172,9 +173,3 @@ Tilth.Body.operations = {
     return Math.sqrt(1.5 * square);
   },
 };
-
-(async () => {
-  try { Tilth.curves = await Tilth.Curves.start(); } catch (error) { Tilth.failed(error); }
-  try { Tilth.view = Tilth.Body.start(); if (Tilth.view) await Tilth.view.ready; } catch (error) { Tilth.failed(error); }
-  Tilth.ready = true;
-})();

@@ -16,7 +16,7 @@ from tilth.output.snapshot import Snapshot
 from tilth.output.vtkhdf import Results
 from tilth.report.colour_scale import ColourScale
 from tilth.report.explorer.fields import Shown, column_values, columns_of, shown_fields
-from tilth.report.explorer.packing import Blobs
+from tilth.report.explorer.packing import Blobs, packed_line
 from tilth.report.fields import field_values
 
 FEWEST_POINTS = 20_000
@@ -201,7 +201,7 @@ def _surroundings(
         for kind, shape in shapes
         if len(shape.cells)
     ]
-    return [_line(blobs, part) for part in [*parts, *boundaries]]
+    return [packed_line(blobs, part) for part in [*parts, *boundaries]]
 
 
 def _values(snapshot: Snapshot, shown: Shown, results: Results) -> Floats:
@@ -228,15 +228,20 @@ def _edges(snapshot: Snapshot, chosen: Integers) -> Floats:
     """
     dim, fields = snapshot.dim, snapshot.point_fields
     if "domain_corners" in fields:
-        corners = np.asarray(fields["domain_corners"])[chosen]
-        signs = corner_signs(dim)
-        parts = [np.einsum("c,pcx->px", signs[:, axis], corners) for axis in range(dim)]
-        if dim == 2:
-            parts.append(np.einsum("c,pcx->px", signs.prod(axis=1), corners))
-        return np.asarray(np.concatenate(parts, axis=1) / 2**dim)
+        return half_edges(np.asarray(fields["domain_corners"])[chosen])
     if "domain" in fields and np.asarray(fields["domain"]).any():
         return np.asarray(fields["domain"], dtype=np.float64)[chosen]
     return np.full((len(chosen), dim), 0.5 * _spacing(snapshot))
+
+
+def half_edges(corners: Floats) -> Floats:
+    """Returns the half edges of domains by their corners (k, 2**dim, dim), (k, 6) or (k, 9)."""
+    dim = corners.shape[-1]
+    signs = corner_signs(dim)
+    parts = [np.einsum("c,pcx->px", signs[:, axis], corners) for axis in range(dim)]
+    if dim == 2:
+        parts.append(np.einsum("c,pcx->px", signs.prod(axis=1), corners))
+    return np.asarray(np.concatenate(parts, axis=1) / 2**dim)
 
 
 def _spacing(snapshot: Snapshot) -> float:
@@ -248,13 +253,6 @@ def _spacing(snapshot: Snapshot) -> float:
             return float(2.0 * np.median(half.prod(axis=1)) ** (1.0 / dim))
     size = np.ptp(snapshot.position, axis=0) if n else np.ones(dim)
     return float((np.maximum(size, 1e-9 * size.max()).prod() / max(n, 1)) ** (1.0 / dim))
-
-
-def _line(blobs: Blobs, part: dict[str, Any]) -> dict[str, Any]:
-    """Stores segments (k, 2, 2) or triangles (k, 3, 3)."""
-    position = np.asarray(part["position"], dtype=np.float64)
-    columns = [blobs.rounded(position[..., axis]) for axis in range(position.shape[-1])]
-    return {"name": part["name"], "kind": part["kind"], "position": columns}
 
 
 def _described(fields: Sequence[Shown], frames: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:

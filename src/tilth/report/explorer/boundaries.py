@@ -38,7 +38,7 @@ def boundaries_at(
     for surface in setup.surfaces:
         if surface.kind != "rigid body" and len(surface.corner):
             corner = surface.corner + _moved(surface, table, step)
-            part = _clipped(corner, low, high)
+            part = clipped(corner, low, high)
             if len(part):
                 kind = "boundary" if surface.displacement is None else "rigid"
                 found.append({"name": surface.name, "kind": kind, "position": part})
@@ -56,7 +56,8 @@ def _moved(surface: Surface, table: Mapping[str, Floats], step: int) -> Floats:
     return moved
 
 
-def _clipped(corner: Floats, low: Floats, high: Floats) -> Floats:
+def clipped(corner: Floats, low: Floats, high: Floats) -> Floats:
+    """Returns the parts of segments (n, 2, 2) or triangles (n, 3, 3) within a box."""
     if corner.shape[-1] == 2:
         return np.asarray(clip_segments(corner, low, high)[0])
     fans = []

@@ -53,16 +53,16 @@ def pack_curves(
     while True:
         chosen = np.unique(np.append(np.arange(0, rows, every), max(rows - 1, 0)))[:rows]
         own_blobs = Blobs()
-        own_blobs.exact(np.concatenate([table[name][chosen] for name in names]), "<f8")
+        columns = [own_blobs.exact(table[name][chosen], "<f8") for name in names]
         if own_blobs.size <= LARGEST_CURVES or len(chosen) <= 2:
             break
         every *= 2
-    blobs.texts += own_blobs.texts
+    numbers = [blobs.include(text) for text in own_blobs.texts]
     return {
         "names": names,
         "rows": len(chosen),
         "steps": rows,
-        "blob": len(blobs.texts) - 1,
+        "columns": [numbers[column] for column in columns],
         "pairs": pairs,
         "stages": [[name, begin, end] for name, begin, end in spans],
     }

@@ -28,7 +28,10 @@ class Blobs:
 
     def add(self, content: bytes) -> int:
         """Stores bytes deflated, equal ones once; returns their number."""
-        text = base64.b64encode(zlib.compress(content, 6)).decode()
+        return self.include(base64.b64encode(zlib.compress(content, 6)).decode())
+
+    def include(self, text: str) -> int:
+        """Stores what other blobs hold, once; returns its number."""
         if text not in self._known:
             self._known[text] = len(self.texts)
             self.texts.append(text)
@@ -69,3 +72,9 @@ class Blobs:
 def _by_place(numbers: NDArray[Any]) -> bytes:
     """Returns all low bytes, then all high ones: equal bytes side by side become shorter."""
     return numbers.view(np.uint8).reshape(-1, 2).T.tobytes()
+
+
+def packed_line(blobs: Blobs, part: dict[str, Any]) -> dict[str, Any]:
+    """Stores the ``position`` of a part: segments (k, 2, 2) or triangles (k, 3, 3)."""
+    position = np.asarray(part["position"], dtype=np.float64)
+    return {**part, "position": [blobs.rounded(column) for column in np.moveaxis(position, -1, 0)]}

@@ -2,18 +2,20 @@
 // The picture of the body: the same in the plane and in space, seen in parallel projection.
 "use strict";
 Tilth.Scene = class {
-  constructor(canvas, body, maps) {
-    this.body = body; this.canvas = canvas; this.plane = body.dim === 2;
+  // `canvas` is filled by pictures of `body`, a description with `dim`, `low`, `high`, `spacing` and
+  // `axes`; one renderer draws those of all scenes.
+  constructor(canvas, body, maps, key = false) {
+    this.body = body; this.canvas = canvas; this.key = key; this.plane = body.dim === 2;
     this.low = [0, 1, 2].map((k) => body.low[k] ?? 0); this.high = [0, 1, 2].map((k) => body.high[k] ?? 0);
     this.middle = this.low.map((low, k) => 0.5 * (low + this.high[k]));
     this.half = this.low.map((low, k) => 0.5 * (this.high[k] - low));
     this.radius = Math.hypot(...this.half) || 1;
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: false });
-    this.renderer.setPixelRatio(Tilth.Scene.sharp);
-    this.renderer.autoClear = false;
+    this.renderer = Tilth.Scene.shared = Tilth.Scene.shared || new THREE.WebGLRenderer({ canvas: document.createElement("canvas"), antialias: false });
+    this.renderer.autoClear = false; this.ratio = Tilth.Scene.sharp;
     this.scene = new THREE.Scene(); this.ground = new THREE.Group(); this.lines = new THREE.Group();
     this.scene.add(this.ground, this.lines, new THREE.HemisphereLight(0xffffff, 0x777777, 2.5));
-    this.camera = new THREE.OrthographicCamera();
+    this.camera = new THREE.OrthographicCamera(); this.view = "space"; this.parts = []; this.marks = []; this.grid = [];
+    if (!this.plane) this.camera.up.set(0, 0, 1);  // controls turn about what it is now
     this.controls = new THREE.OrbitControls(this.camera, canvas);
     this.controls.enableRotate = !this.plane; this.controls.zoomToCursor = true;
     this.controls.screenSpacePanning = true;
@@ -27,9 +29,9 @@ Tilth.Scene = class {
     this.maps = Object.fromEntries(Object.entries(maps).map(([name, colours]) => [name, this.texture(colours)]));
     this.materials = { domains: this.material("domains"), points: this.material("points"), field: this.material("field") };
     this.materials.field.transparent = true;
-    this.drawn = "domains"; this.shown = { tracked: true, rigid: true, boundary: true };
+    this.drawn = "domains"; this.shown = { tracked: true, rigid: true, boundary: true, bars: true };
     this.pixels = new THREE.Vector2(1, 1); this.pending = this.moving = this.weak = false; this.slow = this.frames = 0;
-    new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
+    new ResizeObserver(() => Tilth.paper || this.resize()).observe(canvas.parentElement);
     this.look(); this.resize();
   }
 
@@ -84,8 +86,8 @@ Tilth.Scene = class {
   }
 
   colour() {
-    if (this.coloured) return;
-    this.coloured = true;
+    if (this.coloured && this.soil.shownBy === this) return;
+    this.coloured = true; this.soil.shownBy = this;  // scenes may share the soil
     if (this.drawn === "field") { this.soil.field.setValues(this.values); return; }
     for (const { geometry: { attributes: { value }, userData: { owner, each } } } of this.ground.children) {
       for (let k = 0; k < value.array.length; k++) value.array[k] = this.values[owner[Math.floor(k / each)]];
@@ -113,23 +115,25 @@ Tilth.Scene = class {
   }
 
   setLines(parts) {
+    this.parts = parts;
     this.lines.traverse((each) => each.geometry && each.geometry.dispose()); this.lines.clear();
-    const dark = matchMedia("(prefers-color-scheme: dark)").matches;
+    const dark = Tilth.dark();
     const colours = { tracked: [0.9, 0, 0.49], rigid: dark ? [0.85, 0.85, 0.85] : [0.15, 0.15, 0.15], boundary: dark ? [0.95, 0.6, 0.25] : [0.7, 0.33, 0.05] };
     for (const part of parts) {
       const group = new THREE.Group(), n = part.position[0].length, at = new Float32Array(3 * n);
       part.position.forEach((column, k) => { for (let i = 0; i < n; i++) at[3 * i + k] = column[i] - this.middle[k]; });
       group.userData.kind = part.kind;
-      if (!this.plane && part.kind !== "tracked") group.add(this.solid(at, part.kind));
-      if (this.plane || part.kind === "tracked") group.add(this.strokes(this.plane ? at : this.sides(at), colours[part.kind], part.kind === "boundary" ? 1.2 : this.plane ? 1.6 : 0.6));
+      const tint = part.colour ? new THREE.Color(Tilth.tint(part.colour)).convertLinearToSRGB().toArray() : colours[part.kind];
+      if (!this.plane && part.kind !== "tracked") group.add(this.solid(at, part.kind, part.colour));
+      if (this.plane || part.kind === "tracked") group.add(this.strokes(this.plane ? at : this.sides(at), tint, part.kind === "boundary" ? 1.2 : this.plane ? 1.6 : 0.6));
       this.lines.add(group);
     }
   }
 
-  solid(at, kind) {
+  solid(at, kind, colour) {
     const shape = new THREE.BufferGeometry(), rigid = kind === "rigid";
     shape.setAttribute("position", new THREE.BufferAttribute(at, 3)); shape.computeVertexNormals();
-    const material = new THREE.MeshLambertMaterial({ color: rigid ? 0x9aa3ad : 0xc98a4b, side: THREE.DoubleSide, transparent: true, opacity: rigid ? 0.6 : 0.14, depthWrite: false });
+    const material = new THREE.MeshLambertMaterial({ color: colour || (rigid ? 0x9aa3ad : 0xc98a4b), side: THREE.DoubleSide, transparent: true, opacity: rigid ? 0.6 : colour ? 0.25 : 0.14, depthWrite: false });
     const mesh = new THREE.Mesh(shape, material); mesh.renderOrder = rigid ? 2 : 1;
     return mesh;
   }
@@ -159,27 +163,40 @@ Tilth.Scene = class {
   }
 
   look() {
-    const far = 20 * this.radius;
+    const far = 10 * this.radius, [x, y, z] = this.plane ? [0, 0, 1] : Tilth.Scene.looks[this.view];
     this.controls.target.set(0, 0, 0);
-    if (this.plane) { this.camera.position.set(0, 0, far / 2); this.camera.up.set(0, 1, 0); }
-    else { this.camera.up.set(0, 0, 1); this.camera.position.set(0.5, -0.75, 0.42).multiplyScalar(far / 2); }
-    Object.assign(this.camera, { near: 0, far: 2 * far, zoom: 1 }); this.controls.update();
+    this.camera.position.set(x, y, z).multiplyScalar(far);
+    Object.assign(this.camera, { near: 0, far: 4 * far, zoom: 1 }); this.controls.update();
   }
 
   // Fits the canvas to its place, and the whole body into the canvas at zoom 1.
   resize() {
     const width = this.canvas.parentElement.clientWidth;
     if (!width) return;
-    const room = Math.min(0.72 * window.innerHeight, 640), flat = this.half[1] / Math.max(this.half[0], 1e-30);
-    const height = Math.round(this.plane ? Math.min(room, Math.max(220, width * flat * 1.1 + 90)) : Math.min(room, Math.max(300, 0.66 * width)));
-    this.renderer.setSize(width, height, false); this.canvas.style.height = `${height}px`;
-    const [wide, high] = this.extent();
-    const top = this.plane || width < 640 ? 70 : 0;  // room for the key
-    const unit = Math.max(wide / width, high / Math.max(height - top - 14, 50)) || 1;
-    Object.assign(this.camera, { left: -width * unit, right: width * unit, top: (height + (top ? top - 14 : 0)) * unit, bottom: -(height - (top ? top - 14 : 0)) * unit });
+    const [wide, high] = this.extent(), most = Tilth.paper ? 380 : Math.min(0.72 * window.innerHeight, 640), { left, bottom } = this.flat() ? Tilth.Scene.rulers : { left: 0, bottom: 0 };
+    const top = this.key && (this.plane || width < 640) ? 70 : 0;  // room for the key
+    const fitting = ((width - left) * high) / Math.max(wide, 1e-30) + bottom + top + 20;
+    const height = Math.round(this.plane || this.flat() ? Math.min(most, Math.max(this.key ? 220 : 120, fitting)) : Math.min(most, Math.max(240, 0.66 * width)));
+    this.canvas.style.height = `${height}px`; this.canvas.width = width * Tilth.Scene.sharp; this.canvas.height = height * Tilth.Scene.sharp;
+    const unit = Math.max(wide / (width - left), high / Math.max(height - top - bottom - 14, 50)) || 1, up = bottom - (top ? top - 14 : 0);
+    Object.assign(this.camera, { left: -(width + left) * unit, right: (width - left) * unit, top: (height - up) * unit, bottom: -(height + up) * unit });
     this.camera.updateProjectionMatrix(); this.unit = 2 * unit; this.pixels.set(width, height);
     this.draw();
   }
+
+  // Whether axes of the body are those of the picture.
+  flat() { return this.plane || this.right() !== null; }
+
+  // Numbers of the axes to the right and upwards; null if they are none of the body.
+  right() {
+    if (this.plane) return [0, 1];
+    this.camera.updateMatrixWorld();
+    const found = [0, 1].map((column) => new THREE.Vector3().setFromMatrixColumn(this.camera.matrixWorld, column).toArray().findIndex((part) => part > 0.9999));
+    return found.includes(-1) ? null : found;
+  }
+
+  // Draws now, for paper or again for the screen.
+  redraw() { this.setLines(this.parts); this.resize(); this.render(); }
 
   // Half width and height of the whole body as seen from where the camera is [length].
   extent() {
@@ -201,30 +218,35 @@ Tilth.Scene = class {
   // Draws a movement: where pictures come slowly with fewer pixels, until it has ended.
   move() {
     clearTimeout(this.rest);
-    if (!this.moving && this.weak) this.renderer.setPixelRatio(1);
+    if (!this.moving && this.weak) this.ratio = 1;
     this.moving = true; this.draw();
     this.rest = setTimeout(() => {
       this.moving = false; this.slow = 0; this.latest = null;
-      if (this.renderer.getPixelRatio() === Tilth.Scene.sharp) return;
-      this.renderer.setPixelRatio(Tilth.Scene.sharp); this.render();
+      if (this.ratio === Tilth.Scene.sharp) return;
+      this.ratio = Tilth.Scene.sharp; this.render();
     }, Tilth.Scene.still);
   }
 
   pace() {
     const now = performance.now(), late = this.latest && now - this.latest > Tilth.Scene.slow;
     this.slow = Math.max(0, this.slow + (late ? 1 : -0.25)); this.latest = now;
-    if (this.slow >= 3 && this.renderer.getPixelRatio() !== 1) { this.weak = true; this.renderer.setPixelRatio(1); }
+    if (this.slow >= 3 && this.ratio !== 1) { this.weak = true; this.ratio = 1; }
   }
 
   render() {
-    if (!this.soil) return;
+    if (!this.soil || !this.canvas.parentElement.clientWidth) return;
     if (this.moving) this.pace();
     this.build(); this.colour(); this.face();
-    const ratio = this.renderer.getPixelRatio();
+    const { ratio, renderer, canvas } = this, { x: width, y: height } = this.pixels, context = canvas.getContext("2d");
     this.uniforms.size.value = Math.max(2, ratio * ((this.plane ? 0.95 : 1.05) * this.spacing() * this.camera.zoom) / this.unit);
     for (const each of this.lines.children) each.visible = this.shown[each.userData.kind];
-    this.renderer.setClearColor(getComputedStyle(this.canvas.parentElement).backgroundColor, 1); this.renderer.clear();
-    this.renderer.render(this.scene, this.camera);
+    if (Tilth.Scene.size !== `${width} ${height} ${ratio}`) { renderer.setPixelRatio(ratio); renderer.setSize(width, height, false); Tilth.Scene.size = `${width} ${height} ${ratio}`; }
+    renderer.setClearColor(Tilth.colour("--view"), 1); renderer.clear();
+    renderer.render(this.scene, this.camera);
+    context.setTransform(1, 0, 0, 1, 0, 0);
+    context.drawImage(renderer.domElement, 0, 0, canvas.width, canvas.height);
+    context.setTransform(Tilth.Scene.sharp, 0, 0, Tilth.Scene.sharp, 0, 0);
+    new Tilth.Marks(context, this).draw();
     if (this.triad) this.triad.turn(this.camera);
     this.frames += 1;
   }
@@ -249,3 +271,5 @@ Tilth.Scene = class {
 Tilth.Scene.sharp = 2;  // pixels of the picture over those of the layout: smooth edges
 Tilth.Scene.slow = 50;  // time between pictures beyond which movements have fewer pixels [ms]
 Tilth.Scene.still = 150;  // time without movement after which they have all [ms]
+Tilth.Scene.rulers = { left: 48, bottom: 34 };  // room for the labels of axes [pixels of the layout]
+Tilth.Scene.looks = { space: [0.5, -0.75, 0.42], below: [0.5, -0.75, -0.42], front: [0, -1, 0], side: [1, 0, 0], plan: [0, 0, 1] };

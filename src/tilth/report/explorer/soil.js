@@ -144,7 +144,7 @@ Tilth.Soil = class {
     const { square, cube } = Tilth.Soil, n = sides.length, place = new Float32Array(12 * n), index = new Uint32Array(6 * n), [a, b, c] = this.edge;
     for (let face = 0; face < n; face++) {
       const i = Math.floor(sides[face] / 6), at = 3 * i, number = sides[face] % 6;
-      const by = [0, 1, 2].map((k) => reach * (this.plane ? 1 : number >> 1 === k ? Tilth.Soil.thinner : Tilth.Soil.wider));
+      const by = [0, 1, 2].map((k) => reach * (this.plane ? Tilth.Soil.over : number >> 1 === k ? Tilth.Soil.thinner : Tilth.Soil.wider));
       for (let corner = 0; corner < 4; corner++) {
         const [s, t, u] = this.plane ? square[corner] : cube[Tilth.Soil.corners[number][corner]];
         for (let k = 0; k < 3; k++) place[12 * face + 3 * corner + k] = this.centre[at + k] + by[0] * s * a[at + k] + by[1] * t * b[at + k] + by[2] * u * c[at + k];
@@ -193,6 +193,7 @@ Tilth.Soil.mostBoxes = 4e6;
 Tilth.Soil.same = 0.2;  // distance of two sides that count as one, over half of the domain's width
 Tilth.Soil.thinner = 0.97;  // of sides, towards the point: below plates that lie on the soil
 Tilth.Soil.wider = 1.02;  // of sides, along themselves: no gaps between them
+Tilth.Soil.over = 1.01;  // of domains in the plane: no gaps between them
 Tilth.Soil.square = [[-1, -1, 1], [1, -1, -1], [1, 1, 1], [-1, 1, -1]];
 Tilth.Soil.cube = [0, 1, 2, 3, 4, 5, 6, 7].map((k) => [2 * (k & 1) - 1, (k & 2) - 1, ((k >> 1) & 2) - 1]);
 Tilth.Soil.halves = [0, 1, 2, 0, 2, 3];
