@@ -19,7 +19,7 @@ from tilth.report.stage_setups import StagedSetup
 from tilth.report.surface_lines import clip_segments, moved_corners, oriented
 from tilth.report.tracked_surfaces import TRACKED_COLOURS
 from tilth.report.views import Cloud, Panel, View, surface_lines
-from tilth.report.water_line import WATER_COLOUR
+from tilth.report.water_line import WATER_COLOUR, water_handle
 
 BODIES = ColourScale(0.0, 255.0, "bodies")
 """Colours by number: two for each body, the second where soil is new."""
@@ -64,6 +64,10 @@ def setup_view(setup: Setup | StagedSetup) -> View:
             named = title or _LOOK_TITLES.get(look, "" if each.dim == 2 else "in space")
             panels.append(Panel(named, number, values, BODIES, marks=marks, look=look))
     keys = [(handle.sign, handle.colour, handle.label) for handle in legend_handles(legend)]
+    moving = [each.water for each in setups if each.water is not None]
+    if moving and legend.water is None:
+        handle = water_handle(any(not np.array_equal(*water) for water in moving))
+        keys.append((handle.sign, handle.colour, handle.label))
     if any(np.any(each.is_new) for each in setups):
         keys.append(("\N{BLACK SQUARE}", "#8d744a", "darker: new in the stage"))
     if any(each.removed is not None and len(each.removed.position) for each in setups):

@@ -57,6 +57,7 @@ Tilth.element = (id) => document.getElementById(id);
 Tilth.failed = function (error) {
   const place = Tilth.element("explorer-failure");
   place.hidden = false;
+  for (const table of document.querySelectorAll("details.numbers")) table.open = true;
   place.textContent = `A part of this page cannot be shown by this browser: ${error.message || error}. The tables remain.`;
 };
 
