@@ -253,7 +253,7 @@ def test_a_failure_of_the_interactive_part_leaves_the_rest(
     assert "could not be made: no &lt;room&gt;" in text
     assert "Tracked quantities" in text
     with opened(tmp_path / "report.html") as driver:
-        assert driver.execute_script("return Tilth.charts.length") == 3
+        assert driver.execute_script("return Tilth.charts.length") == 2
         assert complaints(driver) == []
 
 
