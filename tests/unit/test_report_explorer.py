@@ -269,7 +269,8 @@ def test_slow_movement_has_fewer_pixels_and_all_of_them_once_it_has_ended(
     write_run(tmp_path, dim)
     with opened(write_report(tmp_path, MODEL)) as driver:
         ratios = driver.execute_script(
-            "Tilth.Scene.slow = -1; Tilth.Scene.still = 800; const scene = Tilth.view.scene, found = [];"
+            "Tilth.Scene.slow = -1; Tilth.Scene.still = 800;"
+            "const scene = Tilth.view.scene, found = [];"
             "const ratio = () => found.push(scene.ratio);"
             "ratio();"
             "for (let k = 0; k < 6; k++)"

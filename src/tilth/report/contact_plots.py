@@ -200,7 +200,7 @@ def _space_panels(
         bar = with_unit(label, units.get("stress", ""))
         scale = ColourScale.of([shown])
         look = "space" if upward else "below"
-        panels.append(Panel(label, 0, shown, scale, bar, drawn="points", look=look))
+        panels.append(Panel("", 0, shown, scale, bar, drawn="points", look=look))
     return low, high, [cloud], panels, float(2.0 * np.median(side))
 
 
@@ -210,7 +210,7 @@ def contact_note(dim: int) -> str:
         "the shear stress of the surface on the soil is positive in the direction of the arc "
         "length, with the soil on the left"
         if dim == 2
-        else "the shear stress is its magnitude, and small grey dots are points without contact"
+        else "the shear stress is its magnitude, and grey points are without contact"
     )
     return (
         f"At the last output. The pressure is positive in compression; {shear}. contact.csv has "

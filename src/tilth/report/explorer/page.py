@@ -15,7 +15,7 @@ from tilth.output.vtkhdf import Results
 from tilth.report.blocks import Block, Paragraph, Section, Template
 from tilth.report.explorer.body import pack_body
 from tilth.report.explorer.boundaries import boundaries_at
-from tilth.report.explorer.curves import LARGEST_CURVES, pack_curves
+from tilth.report.explorer.curves import pack_curves
 from tilth.report.explorer.packing import Blobs
 from tilth.report.figures import CHART_SCRIPTS, SCENE_SCRIPTS
 from tilth.report.motion_plots import motion_curves
@@ -26,8 +26,6 @@ from tilth.report.stage_setups import StagedSetup
 LARGEST_PAGE = 15_000_000
 """Size of a page, at most [bytes]."""
 _MARGIN = 200_000
-LARGEST_FRAME = LARGEST_CURVES + 1_000_000
-"""Size of the interactive part without the body at all outputs, at most [bytes]."""
 SCRIPTS = (*CHART_SCRIPTS, *SCENE_SCRIPTS, "curves.js", "body.js", "start.js")
 
 

@@ -75,7 +75,7 @@ Tilth.bar = function (canvas, map, low, high) {
   if (!width) return;
   Object.assign(canvas, { width: width * ratio, height: height * ratio }); Object.assign(canvas.style, { width: `${width}px`, height: `${height}px` });
   ctx.scale(ratio, ratio);
-  const left = 20, long = width - 2 * left;
+  const left = 28, long = width - 2 * left;
   for (let k = 0; k < long; k++) { const at = 3 * Math.round((255 * k) / long); ctx.fillStyle = `rgb(${colours.slice(at, at + 3).join(",")})`; ctx.fillRect(left + k, 2, 1.5, 12); }
   ctx.strokeStyle = ctx.fillStyle = Tilth.colour("--text"); ctx.font = "11px system-ui"; ctx.textAlign = "center"; ctx.lineWidth = 1; ctx.strokeRect(left, 2, long, 12);
   for (const value of Tilth.ticks(low, high, 4)) { const at = left + (long * (value - low)) / (high - low); ctx.beginPath(); ctx.moveTo(at, 14); ctx.lineTo(at, 18); ctx.stroke(); ctx.fillText(Tilth.text(value), at, 30); }
