@@ -18,10 +18,10 @@ from tilth.arrays import Flags, Floats, Integers
 from tilth.boundaries.contact.law import first_slip
 from tilth.boundaries.surfaces.measure import Measured, SurfaceParts
 from tilth.boundaries.surfaces.patches import LEAST_COSINE
+from tilth.boundaries.surfaces.points import PointsNearSoil
 
 if TYPE_CHECKING:
     from tilth.boundaries.contact.constraint import ContactConstraint
-    from tilth.boundaries.implicit.constraint import ImplicitConstraint
 
 STRIP = 0.06
 """Greatest distance in cells from the end of the soil's face to the middle of a part in the strip.
@@ -82,7 +82,7 @@ def _nearest(
 
 
 def at_free_end(
-    part: ContactConstraint, held: Sequence[ImplicitConstraint], constrained: Flags
+    part: ContactConstraint, held: Sequence[PointsNearSoil], constrained: Flags
 ) -> Flags:
     """Returns which points of the strip have a patch of their own, shape (n,).
 
