@@ -23,7 +23,13 @@ from tilth.cli import run_command
 STEPS = 10
 PROCESSES = multiprocessing.get_context("forkserver")
 PROCESSES.set_forkserver_preload(
-    ["tilth.analysis.run", "tilth.analysis.setup", "tilth.report.html", "h5py", "unlucky_runs"]
+    [
+        "tilth.analysis.run",
+        "tilth.analysis.setup_picture",
+        "tilth.report.html",
+        "h5py",
+        "unlucky_runs",
+    ]
 )
 
 Prepare = Callable[..., None]

@@ -117,7 +117,9 @@ def test_a_run_that_stops_at_a_time_says_how_to_go_on(
 def test_report_hands_the_folder_on(
     tilth: Tilth, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("tilth.analysis.setup.write_report", lambda folder: folder / "report.html")
+    monkeypatch.setattr(
+        "tilth.analysis.setup_picture.write_report", lambda folder: folder / "report.html"
+    )
     outcome = tilth("report", tmp_path)
     assert outcome == Outcome(0, f"report written to {tmp_path / 'report.html'}\n", "")
 

@@ -13,7 +13,7 @@ from small_problems import material_entries
 from staged_problems import box, roller
 
 from tilth import BadInput, Model, check, run
-from tilth.analysis.setup import setup_of
+from tilth.analysis.setup_picture import setup_of
 from tilth.analysis.staged import StagedAnalysis
 from tilth.report.setup_file import read_staged_setup, write_setup
 from tilth.report.stage_setups import StagedSetup

@@ -23,7 +23,7 @@ from small_problems import (
 
 from tilth import BadInput, Model, load_case, run
 from tilth.analysis.march import march
-from tilth.analysis.setup import setup_of
+from tilth.analysis.setup_picture import setup_of
 from tilth.analysis.tracker import Tracker
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints

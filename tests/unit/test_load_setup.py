@@ -13,7 +13,7 @@ from small_problems import block_entries
 
 from tilth import Model
 from tilth.analysis.memory import memory_of
-from tilth.analysis.setup import setup_of
+from tilth.analysis.setup_picture import setup_of
 from tilth.report.setup import draw_setup
 from tilth.report.summary import print_summary
 

@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 import pytest
 
-from tilth.analysis.residual import Residual, State, newton_attempts
+from tilth.analysis.residual import Iterate, Residual, newton_attempts
 from tilth.analysis.step import LINE_SEARCH, LONG_LINE_SEARCH, corrected
 from tilth.arrays import Floats
 from tilth.errors import StepFailed
@@ -44,13 +44,13 @@ class Valley:
         self.bad = bad
         self.last = 0.0
 
-    def at(self, displacement: Floats, unknowns: Floats) -> State:
+    def at(self, displacement: Floats, unknowns: Floats) -> Iterate:
         """The state at a displacement of one node along one axis."""
         u = self.last = float(displacement[0, 0])
         if u > 10.0:
             raise StepFailed("inverted")
         free = 3.0 + u if 0.0 < u < self.bad else abs(1.0 - u / 100.0)
-        return State(displacement, unknowns, cast(Forces, None), free, free)
+        return Iterate(displacement, unknowns, cast(Forces, None), free, free)
 
 
 def searched(bad: float, correction: float, patient: bool = True) -> float:

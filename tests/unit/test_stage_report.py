@@ -18,11 +18,11 @@ from report_setups import UNITS, snapshot
 from rich.console import Console
 from staged_problems import KINDS, staged_entries
 
-import tilth.analysis.setup
+import tilth.analysis.setup_picture
 from tilth import Model, check
 from tilth.analysis.memory import UNDEFORMED, memory_of
 from tilth.analysis.run import resume, run
-from tilth.analysis.setup import setup_figures, setup_of, write_report
+from tilth.analysis.setup_picture import setup_figures, setup_of, write_report
 from tilth.errors import BadInput
 from tilth.output import Progress, read_history, read_log, read_results
 from tilth.output.log import LogContents
@@ -178,7 +178,7 @@ def test_a_stopped_run_has_its_report(
     until: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run(model_of(), tmp_path, quiet=True, until=until)
-    monkeypatch.setattr(tilth.analysis.setup, "setup_of", None)  # nothing is computed
+    monkeypatch.setattr(tilth.analysis.setup_picture, "setup_of", None)  # nothing is computed
     page = write_report(tmp_path).read_text()
     assert page.count("not reached") == 5 - sum(start < until for start in (0, 1, 3, 4, 5))
     assert "This run is incomplete" in page

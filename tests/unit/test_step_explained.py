@@ -25,7 +25,7 @@ from tilth.analysis.explained import (
     ExplainedStep,
 )
 from tilth.analysis.from_stage import stored_stage
-from tilth.analysis.residual import State
+from tilth.analysis.residual import Iterate
 from tilth.analysis.simulation import Simulation
 from tilth.boundaries.contact.forces import AssembledContact
 from tilth.comm import SERIAL
@@ -53,7 +53,7 @@ class Recounted(Explanation):
         self._sets: list[dict[str, set[int]]] = []
         self.seen = 0
 
-    def iteration(self, number: int, state: State, moving: bool) -> None:
+    def iteration(self, number: int, state: Iterate, moving: bool) -> None:
         super().iteration(number, state, moving)
         if self._watched is None:  # a step that is not explained
             return

@@ -12,7 +12,7 @@ from small_problems import BASES
 
 from tilth import BadInput, Model, SurfaceLoad
 from tilth.analysis.memory import memory_of
-from tilth.analysis.setup import setup_of
+from tilth.analysis.setup_picture import setup_of
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.tracker import Tracker
 from tilth.mpm.active_grid import ActiveGrid, Buffers, locate

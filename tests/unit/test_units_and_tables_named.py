@@ -14,7 +14,7 @@ from small_problems import block_entries, material_entries, rollers, weight
 import tilth
 from tilth import AnalysisFailed, Model, run
 from tilth.analysis.memory import memory_of
-from tilth.analysis.setup import setup_of
+from tilth.analysis.setup_picture import setup_of
 from tilth.report.setup import legend_handles
 from tilth.report.summary import print_summary
 

@@ -15,7 +15,7 @@ import tilth
 from tilth import BadInput, Model, resume, run
 from tilth.analysis.march import march
 from tilth.analysis.memory import memory_of
-from tilth.analysis.setup import setup_of
+from tilth.analysis.setup_picture import setup_of
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.cli import run_command

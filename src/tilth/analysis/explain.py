@@ -29,7 +29,7 @@ from tilth.analysis.explained import (
 )
 from tilth.analysis.motions import force_unit
 from tilth.analysis.observer import Observer, Search
-from tilth.analysis.residual import Newton, State, nearest_point
+from tilth.analysis.residual import Iterate, Newton, nearest_point
 from tilth.arrays import Flags, Floats
 from tilth.errors import BadInput, TilthError
 from tilth.model import Model
@@ -165,7 +165,7 @@ class Explanation(Observer):
             solve.failure = _reason(error)
             raise
 
-    def iteration(self, number: int, state: State, moving: bool) -> None:
+    def iteration(self, number: int, state: Iterate, moving: bool) -> None:
         """As `Observer.iteration`."""
         if self._attempt is None or self._watched is None:
             return
@@ -204,7 +204,7 @@ class Explanation(Observer):
 
     @staticmethod
     def _contact(
-        watched: _Watched, state: State
+        watched: _Watched, state: Iterate
     ) -> tuple[list[tuple[Flags, Flags]], list[SurfaceCounts]]:
         """Returns which points are in contact and slide, surface by surface, and their numbers."""
         balance = watched.balance
@@ -264,7 +264,7 @@ def _of_term(label: str, force: Floats, free: Floats, node: int) -> TermForces:
     return TermForces(label, norm, force.sum(axis=0), share, force[node].copy())
 
 
-def _of_bodies(balance: Balance, state: State) -> dict[str, float]:
+def _of_bodies(balance: Balance, state: Iterate) -> dict[str, float]:
     """Returns the residuals of the equations of terms with global unknowns [force], by label."""
     residuals = balance.unknowns(state.forces.global_residual)
     return {

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tilth.analysis.owners import state_of
 from tilth.analysis.simulation import Simulation
-from tilth.analysis.state import state_of
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.comm import SERIAL, Communicator

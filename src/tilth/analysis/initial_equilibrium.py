@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from tilth.analysis.attempts import solve
-from tilth.analysis.residual import ITERATIONS_BEFORE_ROUND_OFF, Newton, Residual, State
+from tilth.analysis.residual import ITERATIONS_BEFORE_ROUND_OFF, Iterate, Newton, Residual
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step import Equilibrium
 from tilth.analysis.step_result import PreparedStep, StepResult, result_of
@@ -252,7 +252,7 @@ class _Search:
             and (body.is_moving or not any(c.touches for c in contacts if c.boundary.body is body))
         ]
 
-    def _settled(self, residual: Residual, now: State) -> bool:
+    def _settled(self, residual: Residual, now: Iterate) -> bool:
         simulation, last = self._simulation, self._last_residual
         loaded = simulation.comm.max(float(now.forces.load.any())) > 0.0
         if self._left == 1.0 and self._size < 1.0 and loaded:
@@ -288,7 +288,7 @@ class _Search:
         for body, place in zip(simulation.bodies, places, strict=True):
             body.put_back(place)
 
-    def _accept(self, share: float, residual: Residual, before: State) -> None:
+    def _accept(self, share: float, residual: Residual, before: Iterate) -> None:
         if self._left == 0.0:
             self.corrections += 1
             if self.corrections > MOST_CORRECTIONS:
@@ -332,7 +332,7 @@ class _Search:
 
 
 def _result_at_rest(
-    simulation: Simulation, step: PreparedStep, balance: Balance, now: State
+    simulation: Simulation, step: PreparedStep, balance: Balance, now: Iterate
 ) -> StepResult:
     """Returns the forces on soil that does not move, from its state without displacement."""
     constrained = step.conditions.constrained

@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager, nullcontext
 from enum import Enum, auto
 from typing import Final
 
-from tilth.analysis.residual import Newton, State
+from tilth.analysis.residual import Iterate, Newton
 from tilth.arrays import Flags, Floats
 from tilth.model import Model
 from tilth.mpm.soil import Soil
@@ -63,7 +63,7 @@ class Observer:
         """
         return nullcontext()
 
-    def iteration(self, number: int, state: State, moving: bool) -> None:
+    def iteration(self, number: int, state: Iterate, moving: bool) -> None:
         """Is shown the state after an iteration, to which the trial state of all terms belongs.
 
         number: of linear solves before. moving: whether prescribed degrees of freedom have yet to

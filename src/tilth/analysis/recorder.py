@@ -20,10 +20,10 @@ from tilth.analysis.gathering import gathered_snapshot, gathered_state, processe
 from tilth.analysis.initial_equilibrium import InitialEquilibrium
 from tilth.analysis.model_warnings import without_stage
 from tilth.analysis.motions import area_unit
+from tilth.analysis.owners import Arrays
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.snapshots import snapshot, units_of
 from tilth.analysis.staged import StagedAnalysis, end_time, output_times
-from tilth.analysis.state import Arrays
 from tilth.analysis.step_result import StepResult
 from tilth.analysis.step_tables import StepTables
 from tilth.analysis.stored_run import CHECKPOINT_FORMAT, StoredRun

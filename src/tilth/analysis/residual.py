@@ -59,7 +59,7 @@ class Newton:
 
 
 @dataclass(frozen=True)
-class State:
+class Iterate:
     """Unknowns that Newton's iteration has come to.
 
     Attributes:
@@ -116,7 +116,7 @@ class Residual:
     def __init__(self, balance: Balance, constrained: Flags) -> None:
         self._balance, self._constrained = balance, constrained
 
-    def at(self, displacement: Floats, unknowns: Floats) -> State:
+    def at(self, displacement: Floats, unknowns: Floats) -> Iterate:
         """Returns the state at a nodal displacement (nodes, dim) and global unknowns (m,).
 
         Raises:
@@ -134,16 +134,16 @@ class Residual:
         size = max(*(norm(comm, force[own]) for force in sums), reaction)
         # without stress the only force is that of an implicit boundary that begins to move
         relative = free / size if size > 0.0 else float(free > 0.0)
-        return State(displacement, unknowns, forces, free, relative)
+        return Iterate(displacement, unknowns, forces, free, relative)
 
-    def balanced(self, state: State, newton: Newton, iterations: int) -> bool:
+    def balanced(self, state: Iterate, newton: Newton, iterations: int) -> bool:
         """Returns whether the residual is small enough, after so many iterations."""
         if state.relative <= newton.tolerance or state.free <= newton.round_off:
             return True
         late = iterations >= ITERATIONS_BEFORE_ROUND_OFF
         return late and state.free <= self._balance.round_off(state.displacement)
 
-    def worst_point(self, state: State) -> int:
+    def worst_point(self, state: Iterate) -> int:
         """Returns the number of the point nearest to the node with the largest residual force."""
         comm, active = self._balance.comm, self._balance.active
         residual = np.where(self._constrained, 0.0, state.forces.residual)[active.owned]

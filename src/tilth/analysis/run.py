@@ -17,7 +17,7 @@ from tilth.analysis.from_stage import begin_from, stored_stage
 from tilth.analysis.memory import memory_of, require_memory
 from tilth.analysis.memory_failures import memory_failures
 from tilth.analysis.recorder import Recorder
-from tilth.analysis.setup import checked_setup, write_report
+from tilth.analysis.setup_picture import checked_setup, write_report
 from tilth.analysis.staged import StagedAnalysis, end_time
 from tilth.analysis.stepping import Steps, exhausted, take_steps
 from tilth.analysis.stored_run import StoredRun

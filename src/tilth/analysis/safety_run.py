@@ -11,7 +11,7 @@ from tilth.analysis.run import run, set_threads
 from tilth.analysis.safety import SafetyResult, strength_reduction
 from tilth.analysis.safety_record import record
 from tilth.analysis.safety_search import Trial
-from tilth.analysis.setup import write_report
+from tilth.analysis.setup_picture import write_report
 from tilth.analysis.staged import end_time
 from tilth.analysis.stored_run import StoredRun
 from tilth.comm import together

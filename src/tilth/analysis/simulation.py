@@ -17,11 +17,7 @@ from tilth.analysis.dynamics import Dynamics
 from tilth.analysis.grid_motion import GridMotion
 from tilth.analysis.kept_contact import KeptContact, KeptForce
 from tilth.analysis.observer import UNOBSERVED, Observer
-from tilth.analysis.predictor import Predictor, load_curves
-from tilth.analysis.relaxation import Relaxation
-from tilth.analysis.residual import newton_attempts
-from tilth.analysis.run_warnings import RunWarnings
-from tilth.analysis.state import (
+from tilth.analysis.owners import (
     DECLARED_POSITION,
     Arrays,
     Stateful,
@@ -30,6 +26,10 @@ from tilth.analysis.state import (
     restored_points,
     state_of,
 )
+from tilth.analysis.predictor import Predictor, load_curves
+from tilth.analysis.relaxation import Relaxation
+from tilth.analysis.residual import newton_attempts
+from tilth.analysis.run_warnings import RunWarnings
 from tilth.analysis.step_result import PreparedStep, StepResult, result_of
 from tilth.analysis.wave_boundaries import WaveBoundaries
 from tilth.arrays import Floats

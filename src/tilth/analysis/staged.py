@@ -17,9 +17,9 @@ from tilth.analysis.initial_equilibrium import (
     has_initial_equilibrium,
 )
 from tilth.analysis.load_steps import load_steps
+from tilth.analysis.owners import Arrays
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.stage_change import checked_next_stage, points_of_stages
-from tilth.analysis.state import Arrays
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.comm import Communicator

@@ -11,7 +11,7 @@ from enum import Enum
 import numpy as np
 
 from tilth.analysis.observer import UNOBSERVED, Observer
-from tilth.analysis.residual import Newton, Refinement, Residual, State
+from tilth.analysis.residual import Iterate, Newton, Refinement, Residual
 from tilth.arrays import Flags, Floats
 from tilth.boundaries import Conditions
 from tilth.errors import StepFailed
@@ -152,7 +152,7 @@ def solve_step(
         moving = False
 
 
-def _revised(balance: Balance, now: State, residuals: list[float]) -> bool:
+def _revised(balance: Balance, now: Iterate, residuals: list[float]) -> bool:
     """Returns whether terms changed at a converged state, as by soil that came into contact."""
     try:
         return balance.revise(now.displacement)
@@ -194,7 +194,7 @@ def _first_state(
     conditions: Conditions,
     guess: Floats | None,
     unknowns: Floats | None,
-) -> tuple[State, Floats, bool]:
+) -> tuple[Iterate, Floats, bool]:
     """Returns where the iteration begins, the reaction at the start of the step, (nodes, dim), and
     whether the prescribed degrees of freedom have yet to move.
     """
@@ -271,7 +271,7 @@ class Linearisation:
 
     def correction(
         self,
-        now: State,
+        now: Iterate,
         prescribed: Floats | None,
         tolerance: float,
         reuse: Reuse = Reuse.NOTHING,
@@ -300,7 +300,7 @@ class Linearisation:
         return moved + free, unknowns
 
     def _system(
-        self, now: State, reuse: Reuse
+        self, now: Iterate, reuse: Reuse
     ) -> tuple[LinearSystem, StepSolver | PetscStepSolver]:
         balance, active = self._balance, self._balance.active
         if self._begun is None:
@@ -332,15 +332,15 @@ def forcing_term(relative: float, tolerance: float) -> float:
 
 def corrected(
     residual: Residual,
-    now: State,
+    now: Iterate,
     correction: tuple[Floats, Floats],
     shares: Sequence[float],
     takes_best: bool = False,
-) -> State:
+) -> Iterate:
     """Takes the first share of `correction` that lowers the residual, else the last or best one."""
     nodal, unknowns = correction
 
-    def at(share: float) -> State:
+    def at(share: float) -> Iterate:
         return residual.at(now.displacement + share * nodal, now.unknowns + share * unknowns)
 
     possible: dict[float, float] = {}

@@ -14,8 +14,8 @@ import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from tilth import __version__
+from tilth.analysis.owners import MissingState, WrongState
 from tilth.analysis.staged import StagedAnalysis, output_times
-from tilth.analysis.state import MissingState, WrongState
 from tilth.analysis.step_tables import StoredRows
 from tilth.errors import BadInput, StepFailed, shown
 from tilth.model import Model

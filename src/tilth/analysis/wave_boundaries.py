@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from tilth.analysis.state import Stateful
+from tilth.analysis.owners import Stateful
 from tilth.analysis.step_result import PreparedStep
 from tilth.arrays import Flags, Floats
 from tilth.boundaries import Boundary, ImplicitConstraints

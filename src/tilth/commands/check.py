@@ -44,7 +44,7 @@ def check(case: Path, picture: Path | None) -> None:
     from tilth.analysis.memory import memory_of, require_memory_to_check
     from tilth.analysis.run import set_threads
     from tilth.analysis.run_time import time_text
-    from tilth.analysis.setup import setup_figures
+    from tilth.analysis.setup_picture import setup_figures
     from tilth.available_memory import available_memory
     from tilth.output.disk import asked_to_write
     from tilth.output.files import written_whole

@@ -19,7 +19,7 @@ def report(folder: Path) -> None:
     from tilth.output.lock import holder_of
 
     require_folder(folder)
-    from tilth.analysis.setup import write_report
+    from tilth.analysis.setup_picture import write_report
 
     click.echo(visible(f"report written to {write_report(folder)}"))
     if holder := holder_of(folder):

@@ -54,7 +54,7 @@ class Model(Declaration):
             BadInput: the model cannot be computed, or has no such figure.
         """
         # the analysis imports the model, so the model imports its pictures only here, by their name
-        figures = import_module("tilth.analysis.setup").setup_figures(self)[1]
+        figures = import_module("tilth.analysis.setup_picture").setup_figures(self)[1]
         if parameter not in figures:
             known = [name for name in figures if name]
             what = "figure or parameter that varies from place to place"
