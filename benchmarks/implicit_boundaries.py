@@ -60,9 +60,9 @@ if __name__ == "__main__":
     _core.set_threads(threads)
     simulation = Simulation(cube(CELLS))
     simulation.advance(0.0, 0.1)  # makes the quadrature points
-    simulation.timers.wall.clear()
+    simulation.services.timers.wall.clear()
     result = simulation.advance(0.1, 0.2)
-    wall = simulation.timers.wall
+    wall = simulation.services.timers.wall
     iterations = result.equilibrium.iterations
     iteration = (wall["stress"] + wall["assembly"]) / iterations
     solve = wall["solve"] / iterations

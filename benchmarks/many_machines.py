@@ -117,12 +117,12 @@ def measured(cells: int, steps: int, petsc: bool) -> None:
         simulation._solver = PetscSolver("multigrid")
     times = [step / 4 for step in range(steps + 2)]
     simulation.advance(*times[:2])
-    simulation.timers.wall.clear()
+    simulation.services.timers.wall.clear()
     comm.seconds, sent, iterations = 0.0, comm.sent, 0
     begin = time.perf_counter()
     for before, after in pairwise(times[1:]):
         iterations += simulation.advance(before, after).equilibrium.iterations
-    phases = {"total": time.perf_counter() - begin, **simulation.timers.wall}
+    phases = {"total": time.perf_counter() - begin, **simulation.services.timers.wall}
     phases["exchange"] = comm.seconds
     own = {
         "phases": {name: seconds / steps for name, seconds in phases.items()},

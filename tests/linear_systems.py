@@ -42,7 +42,7 @@ def systems_of(model: Model, steps: int = 1) -> list[tuple[LinearSystem, Floats]
     """All linear systems of the last of some steps."""
     simulation = Simulation(model)
     for step in range(steps):
-        simulation.solver = solver = Systems()
+        simulation.services.solver = solver = Systems()
         simulation.advance(model.schedule.regular_time(step), model.schedule.regular_time(step + 1))
     return solver.kept
 

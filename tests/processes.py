@@ -179,4 +179,4 @@ def random_boxes(seed: int) -> Callable[[Communicator, int, Integers], Boxes]:
 def whole_rows(monkeypatch: pytest.MonkeyPatch) -> None:
     """Linear systems of several processes are solved without PETSc."""
     solver = lambda name, note: WholeRows()  # noqa: E731
-    monkeypatch.setattr("tilth.analysis.simulation.distributed_solver", solver)
+    monkeypatch.setattr("tilth.analysis.services.distributed_solver", solver)

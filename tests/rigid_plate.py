@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -122,4 +123,4 @@ def plate_balance(simulation: Simulation, *plate: float) -> Balance:
 def equilibrium(simulation: Simulation, balance: Balance, solver: LinearSolver) -> Equilibrium:
     newton = Newton(1e-11, 30, line_search=False, round_off=0.0)
     prescribed = conditions(simulation, balance.active)
-    return solve_step(balance, prescribed, solver, newton, simulation.timers)
+    return solve_step(balance, prescribed, replace(simulation.services, solver=solver), newton)

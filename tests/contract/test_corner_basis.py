@@ -319,4 +319,4 @@ def test_slivers_behind_rollers_do_not_run_away(kind: str) -> None:
         assert np.abs(result.equilibrium.displacement).max() < 0.025
         assert result.equilibrium.iterations <= 4
     assert result.active.position.min() < -0.5  # nodes behind a roller are in use
-    assert not simulation.warnings
+    assert not simulation.services.warnings.texts

@@ -206,10 +206,12 @@ def test_multigrid(kind: str) -> None:
     exact = march(model)
     found = Simulation(model)
     reasons: list[str] = []
-    found.solver = linear_solver("multigrid", dimension(kind), len(found.points), reasons.append)
+    found.services.solver = linear_solver(
+        "multigrid", dimension(kind), len(found.points), reasons.append
+    )
     found.advance(0.0, 1.0)
     assert not reasons
-    assert 0 < max(found.solver.iterations, default=0) < 40
+    assert 0 < max(found.services.solver.iterations, default=0) < 40
     for name in NAMES:
         for a, b in zip(of_body(found, name), of_body(exact, name), strict=True):
             assert np.abs(a - b).max() <= 1e-8 * np.abs(b).max()

@@ -252,7 +252,7 @@ def test_absorbing_boundaries_keep_the_soil_at_rest(kind: str, base: str) -> Non
     points = analysis.simulation.points
     moved = points.displacement[points.in_order] - settled
     assert np.abs(moved).max() < 1e-3 * np.abs(settled).max()
-    assert analysis.simulation.warnings == []
+    assert analysis.simulation.services.warnings.texts == []
 
 
 def test_the_forces_at_rest_are_taken_over_once() -> None:

@@ -139,8 +139,8 @@ class Listener:
         self._energies.add(result)
         simulation = analysis.simulation
         self.run.moments.append(_moment(analysis, simulation, result, self._energies))
-        self.run.warnings += simulation.warnings
-        simulation.warnings.clear()
+        self.run.warnings += simulation.services.warnings.texts
+        simulation.services.warnings.texts.clear()
 
 
 def run_in_memory(entries: Tree) -> Run:

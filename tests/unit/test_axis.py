@@ -127,7 +127,7 @@ def test_it_is_no_boundary_in_the_results() -> None:
     free = on_axis & (result.active.position[:, 1] > 0.0) & (result.active.position[:, 1] < 3.0)
     assert np.abs(result.equilibrium.reaction[free, 0]).max() > 0.0
     assert not result.reaction[free, 0].any()
-    assert simulation.warnings == []
+    assert simulation.services.warnings.texts == []
 
 
 def test_nodes_beyond_it_move_with_it() -> None:

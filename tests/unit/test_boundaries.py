@@ -167,7 +167,7 @@ def test_boundary_far_from_the_soil_is_reported_once() -> None:
     ready = simulation("plane_strain", [*rollers("plane_strain"), plane("far", "y", 50.0)])
     ready.check()
     ready.advance(0.0, 0.5)
-    (far,) = (text for text in ready.warnings if "'far'" in text)
+    (far,) = (text for text in ready.services.warnings.texts if "'far'" in text)
     assert far.startswith("boundary 'far' touches no node of a cell with material: the nearest")
 
 

@@ -220,10 +220,10 @@ def test_bodies_that_pass_through_each_other_are_warned_of(monkeypatch: pytest.M
         return points
 
     for by, count in ((0.0, 0), (0.9, 0), (1.0, 1), (0.0, 1)):
-        simulation.run_warnings.unpaired(simulation.model, lowered(by), simulation.grid)
-        assert len(simulation.warnings) == count
-    assert "'ground' and 'c' have come into the same cells" in simulation.warnings[0]
-    assert 'bodies = ["ground", "c"]' in simulation.warnings[0]
+        simulation.services.warnings.unpaired(simulation.model, lowered(by), simulation.grid)
+        assert len(simulation.services.warnings.texts) == count
+    assert "'ground' and 'c' have come into the same cells" in simulation.services.warnings.texts[0]
+    assert 'bodies = ["ground", "c"]' in simulation.services.warnings.texts[0]
 
 
 # --- stages --------------------------------------------------------------------------------------
@@ -325,12 +325,14 @@ def test_multigrid_solves_contact_in_space() -> None:
     model, found, reasons = Model.from_dict(given), [], []
     for solver in ("superlu", "multigrid"):
         simulation = Simulation(model)
-        simulation.solver = linear_solver(solver, 3, len(simulation.points), reasons.append)
+        simulation.services.solver = linear_solver(
+            solver, 3, len(simulation.points), reasons.append
+        )
         result = simulation.advance(0.0, 1.0)
         found.append(simulation.points.displacement)
         assert result.resultant("block on ground")[2] == pytest.approx(-10.0, rel=1e-6)
     assert reasons == []
-    assert 0 < max(simulation.solver.iterations, default=0) <= 15
+    assert 0 < max(simulation.services.solver.iterations, default=0) <= 15
     assert np.abs(found[1] - found[0]).max() < 1e-7 * np.abs(found[0]).max()
 
 

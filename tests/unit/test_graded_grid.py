@@ -143,7 +143,7 @@ def test_smaller_cells_that_come_to_the_soil_shorten_its_domains() -> None:
         assert (simulation.points.half_length <= 0.5 * size * (1.0 + 1e-9)).all()
     assert active.grid.origin[0] == pytest.approx(-2.0 + 5.5)
     assert simulation.points.half_length[:, 0].min() < 0.25
-    assert any("kept at the size of a cell" in text for text in simulation.warnings)
+    assert any("kept at the size of a cell" in text for text in simulation.services.warnings.texts)
 
 
 # --- F-bar --------------------------------------------------------------------------------------

@@ -71,10 +71,16 @@ def checked(shape: dict[str, Any], *walls: Any, kind: str = "plane_strain", **mo
 def test_a_boundary_that_touches_nothing_is_named() -> None:
     far = implicit("far wall", flat([5.0, 0.0], [-1.0, 0.0]))
     simulation = checked(BLOCK, BASE, far)
-    assert [text for text in simulation.warnings if "'far wall' is not in contact" in text]
-    assert not [text for text in simulation.warnings if "'base'" in text]
+    assert [
+        text
+        for text in simulation.services.warnings.texts
+        if "'far wall' is not in contact" in text
+    ]
+    assert not [text for text in simulation.services.warnings.texts if "'base'" in text]
     result = simulation.advance(0.0, 1.0)
-    assert len([text for text in simulation.warnings if "'far wall'" in text]) == 1, "said once"
+    assert (
+        len([text for text in simulation.services.warnings.texts if "'far wall'" in text]) == 1
+    ), "said once"
     assert not result.resultant("far wall").any()
 
 
@@ -236,7 +242,7 @@ def test_no_false_alarm(name: str) -> None:
 def test_no_false_alarm_in_other_kinds(kind: str) -> None:
     simulation = Simulation(squeezed(kind, "gimp", "fixed", 1e-4))
     simulation.check()
-    assert simulation.warnings == []
+    assert simulation.services.warnings.texts == []
 
 
 # --- rigid motions -------------------------------------------------------------------------------
@@ -347,7 +353,7 @@ def test_what_holds_everything_is_accepted(name: str) -> None:
     kind, shape, walls = HELD[name]
     load = gravity(3 if kind == "3d" else 2)
     simulation, _ = steps_of(model_of(kind, "gimp", shape, walls, steps=2, loads=[load]))
-    assert simulation.warnings == []
+    assert simulation.services.warnings.texts == []
     assert 1e-4 < np.abs(simulation.points.displacement).max() < 0.2
 
 

@@ -76,7 +76,7 @@ def test_oblique_surface_in_space(seed: int) -> None:
         points.initial_volume[kept], points.half_length[kept],
     )  # fmt: skip
     simulation = Simulation(model, points)
-    simulation.solver = solver = Systems()
+    simulation.services.solver = solver = Systems()
     simulation.advance(0.0, model.schedule.regular_time(1))
     system, _ = solver.kept[0]
     assert solve(system, without_pattern(system))[1] <= 20
@@ -198,7 +198,7 @@ def test_whole_run_gives_the_direct_solvers_result() -> None:
                 simulation.model.schedule.regular_time(step),
                 simulation.model.schedule.regular_time(step + 1),
             )
-        assert not any("direct solver" in text for text in simulation.warnings)
+        assert not any("direct solver" in text for text in simulation.services.warnings.texts)
         found[name] = simulation.points.displacement[
             simulation.points.index_of(np.arange(len(simulation.points)))
         ]
@@ -369,7 +369,7 @@ def test_direct_solver_takes_over_and_says_so(monkeypatch: pytest.MonkeyPatch) -
     simulation = Simulation(footing(**{"analysis.solver": "multigrid"}))
     result = simulation.advance(0.0, simulation.model.schedule.regular_time(1))
     assert result.equilibrium.residuals[-1] <= simulation.model.analysis.tolerance
-    (warning,) = (text for text in simulation.warnings if "direct solver" in text)
+    (warning,) = (text for text in simulation.services.warnings.texts if "direct solver" in text)
     assert "no solution in 2 iterations" in warning
 
 

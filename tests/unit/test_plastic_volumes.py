@@ -53,7 +53,7 @@ def solved(simulation: Simulation, refinement: Refinement) -> tuple[Any, Equilib
     soil = simulation.soil_on(step.active)
     balance = Balance(step.active, simulation.terms(step, soil))
     newton = Newton(1e-9, 40, True, 0.0, refinement)
-    found = solve_step(balance, step.conditions, simulation.solver, newton, simulation.timers)
+    found = solve_step(balance, step.conditions, simulation.services, newton)
     return soil, found, balance
 
 

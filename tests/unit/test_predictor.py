@@ -204,7 +204,7 @@ def test_a_slender_body_that_moves_by_cells() -> None:
         simulation = Simulation(varied(model, {"analysis.predictor": predictor}))
         time = model.schedule.regular_time
         results = [simulation.advance(time(step), time(step + 1)) for step in range(8)]
-        assert not simulation.warnings
+        assert not simulation.services.warnings.texts
         iterations[predictor] = sum(result.equilibrium.iterations for result in results)
         moved = [np.abs(r.equilibrium.displacement).max() for r in results]
         assert min(moved) > simulation.grid.cell_size[0]

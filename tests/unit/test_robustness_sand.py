@@ -79,7 +79,7 @@ def test_a_footing_goes_down_in_sand_by_equilibria(basis: str, steps: int) -> No
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
         residuals.append(result.equilibrium.residuals[-1])
-        told[:] = simulation.run_warnings.texts
+        told[:] = simulation.services.warnings.texts
 
     march(model, after_step)
     assert len(residuals) == steps

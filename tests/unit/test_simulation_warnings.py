@@ -42,7 +42,11 @@ def test_planes_that_move_away_from_their_nodes_are_named(
     if tracked is not None:
         about = {"about": [0, 0], "component": "z"} if tracked == "moment" else {"component": "y"}
         entries["track"] += [{"name": "R", "quantity": tracked, "boundary": "base", **about}]
-    warnings = [text for text in Simulation(Model.from_dict(entries)).warnings if "'top'" in text]
+    warnings = [
+        text
+        for text in Simulation(Model.from_dict(entries)).services.warnings.texts
+        if "'top'" in text
+    ]
     assert len(warnings) == (words is not None)
     assert all(words in text and 'type = "implicit"' in text for text in warnings if words)
     assert all(text.startswith("boundaries[0].displacement: ") for text in warnings)
@@ -54,7 +58,7 @@ def test_a_node_that_moves_away_from_its_place_is_named() -> None:
     sides = [plane("base", "y", 0.0), plane("left", "x", 0.0)]
     entries = block_entries("plane_strain", "linear", boundaries=[node, *sides])
     entries["track"] = [{"name": "R", "quantity": "reaction", "boundary": "pin", "component": "y"}]
-    found = Simulation(Model.from_dict(entries)).warnings
+    found = Simulation(Model.from_dict(entries)).services.warnings.texts
     assert any("0.2 along y, 0.2 of a cell, but it acts on the node at (1, 2)" in t for t in found)
 
 
@@ -65,7 +69,7 @@ def test_a_boundary_away_from_all_material_is_named() -> None:
     entries["loads"] = [{"type": "body_force", "acceleration": [0.0, -0.1]}]
     simulation = Simulation(Model.from_dict(entries))
     simulation.check()
-    assert simulation.warnings == [
+    assert simulation.services.warnings.texts == [
         "boundary 'far' touches no node of a cell with material: the nearest one is 5 away; "
         "correct its position (boundaries[0]), or leave it out"
     ]
@@ -80,8 +84,8 @@ def test_no_name_of_a_boundary_silences_another_warning(name: str) -> None:
     entries["loads"] = [{"type": "body_force", "acceleration": [0.0, -0.1]}]
     simulation = Simulation(Model.from_dict(entries))
     simulation.check()
-    simulation.run_warnings.bounds({"floor": 1, "cap": 1})
-    assert len(simulation.warnings) == 3
+    simulation.services.warnings.bounds({"floor": 1, "cap": 1})
+    assert len(simulation.services.warnings.texts) == 3
 
 
 @pytest.mark.parametrize(
@@ -101,7 +105,10 @@ def test_a_band_that_locks_the_soil_beside_it_is_named(
     entries = block_entries("plane_strain", "gimp", boundaries=[base])
     simulation = Simulation(Model.from_dict(entries))
     simulation.check()
-    assert any("'base' with form = \"band\"" in text for text in simulation.warnings) == warned
+    assert (
+        any("'base' with form = \"band\"" in text for text in simulation.services.warnings.texts)
+        == warned
+    )
 
 
 @pytest.mark.parametrize(
@@ -131,7 +138,10 @@ def test_jumps_are_looked_for_where_boundaries_alone_drive_the_soil(
     monkeypatch.setattr("tilth.analysis.run_warnings.JUMP", 0.5)
     simulation = pressed_block(load)
     simulation.advance(0.0, 1.0)
-    assert any("as far as any boundary" in text for text in simulation.warnings) == warned
+    assert (
+        any("as far as any boundary" in text for text in simulation.services.warnings.texts)
+        == warned
+    )
 
 
 def pressed_block(load: bool = False) -> Simulation:

@@ -76,7 +76,7 @@ def test_soils_with_multigrid(law: str) -> None:
         entries = between_plates("3d", "linear", law).to_dict()
         entries["analysis"]["solver"] = solver
         simulation = march(Model.from_dict(entries))
-        assert solver in simulation.solved.lower() or solver == "superlu"
+        assert solver in simulation.services.solver.summary.lower() or solver == "superlu"
         points = simulation.points
         shifts.append(points.displacement[points.index_of(np.arange(len(points)))])
     np.testing.assert_allclose(*shifts, rtol=0, atol=1e-7)

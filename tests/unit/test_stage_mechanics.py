@@ -228,7 +228,7 @@ def test_another_grid_keeps_the_stress(basis: str, grid: str) -> None:
 def test_a_grid_with_too_few_points_is_warned_of(cell_size: float, warned: bool) -> None:
     """The points are 0.125 m apart."""
     analysis, _ = at_start_of(stressed("gimp", {"cell_size": cell_size}), "other grid")
-    found = [text for text in analysis.simulation.warnings if "'block' are" in text]
+    found = [text for text in analysis.simulation.services.warnings.texts if "'block' are" in text]
     assert len(found) == warned
     if warned:
         assert "stages[1].grid.cell_size: the points of 'block' are 0.125 x 0.125 apart" in found[0]

@@ -116,7 +116,7 @@ def by_the_law(term: AssembledContact) -> dict[str, set[int]]:
 def watched(simulation: Simulation, steps: int, size: float) -> Recounted:
     """Takes steps of one size, the last of which is explained."""
     explanation = Recounted(simulation, steps)
-    simulation.observer = explanation
+    simulation.services.observer = explanation
     for number in range(steps):
         with explanation.attempt(simulation.model, number + 1, number * size, (number + 1) * size):
             simulation.advance(number * size, (number + 1) * size)

@@ -194,7 +194,7 @@ def test_a_surface_without_load_goes_on_without_points_far_from_the_soil(
     points[lost] = [[1.2 - 0.1 * k, 5.0] for k in range(len(lost))]
     surface.chains[0] = replace(whole, current=Chain(points, True, whole.current.corner))
     simulation.advance(0.0, 0.1)
-    assert any(told in text for text in simulation.run_warnings.texts)
+    assert any(told in text for text in simulation.services.warnings.texts)
     simulation.advance(0.1, 0.2)
     assert int((surface.chains[0].current.points[:, 1] == 5.0).sum()) == stay
 
@@ -223,7 +223,7 @@ def test_a_surface_in_space_without_load_moves_beside_vertices_far_from_the_soil
         after = surface.triangles.current
         moved = (after.vertices[: len(place)] - place)[[lost]]
         np.testing.assert_allclose(moved, [[0.0, 0.0, 0.1]], atol=1e-10)
-        assert any("moves there as beside them" in t for t in simulation.run_warnings.texts)
+        assert any("moves there as beside them" in t for t in simulation.services.warnings.texts)
 
 
 def test_redistribution_never_removes_a_kept_point() -> None:

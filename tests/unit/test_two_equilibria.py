@@ -79,7 +79,13 @@ def test_what_the_guess_does_not_explain_is_solved_without_it(without_guess: flo
 
     def found() -> Any:
         return solve_in_attempts(
-            tries, solve, step, balance, explained, simulation.predictor, simulation.run_warnings
+            tries,
+            solve,
+            step,
+            balance,
+            explained,
+            simulation.predictor,
+            simulation.services.warnings,
         )
 
     if without_guess is None:
@@ -88,7 +94,7 @@ def test_what_the_guess_does_not_explain_is_solved_without_it(without_guess: flo
         return
     assert found().displacement.max() == without_guess
     assert simulation.predictor.rest > 0
-    assert len(simulation.run_warnings.texts) == (without_guess > explained)
+    assert len(simulation.services.warnings.texts) == (without_guess > explained)
 
 
 @pytest.mark.parametrize("condition", ["contact", "roller", "fixed"])
@@ -96,7 +102,7 @@ def test_soil_behind_a_surface_is_warned_of(condition: str) -> None:
     """From 0.02 of a cell on, by the tracked surface, though no point's centre is behind."""
     plane = {} if condition == "contact" else {"condition": condition}
     simulation = Simulation(standing_block(**plane))
-    simulation.run_warnings.texts.clear()
+    simulation.services.warnings.texts.clear()
     for depth in (0.01, 0.03):
         surface = simulation.surfaces["block"]
         chain = surface.chains[0]
@@ -104,10 +110,10 @@ def test_soil_behind_a_surface_is_warned_of(condition: str) -> None:
         points[points[:, 1].argmin(), 1] = 0.05 - depth * CELL
         moved = Chain(points, chain.current.closed, chain.current.corner)
         surface.commit([replace(chain, current=moved)])
-        simulation.run_warnings.depths(
+        simulation.services.warnings.depths(
             simulation.implicit, simulation.points, simulation.surfaces, 1.0, simulation.grid
         )
-        texts = simulation.run_warnings.texts
+        texts = simulation.services.warnings.texts
         assert len(texts) == (depth > 0.02)
     assert "the surface of the body 'block' is up to 0.0075 (0.03 of a cell)" in texts[0]
     assert "behind the boundary 'plane'" in texts[0]

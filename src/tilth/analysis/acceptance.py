@@ -53,7 +53,7 @@ def require_acceptable(
         simulation.dynamics.require_accurate(possible, reason)
     if simulation.implicit and not is_least:
         touching, contacts = simulation.contact_surfaces, step.constraints.contacts
-        with simulation.timers.measure("boundaries"), together(simulation.comm):
+        with simulation.services.timers.measure("boundaries"), together(simulation.comm):
             simulation.passage.require_in_front(
                 simulation.implicit, points, position, before, after, simulation.grid
             )
@@ -69,12 +69,12 @@ def warn(
     moved: Floats,
 ) -> None:
     """Warns of probable mistakes in a committed step; moved: displacement of the points."""
-    warnings, grid = simulation.run_warnings, simulation.grid
+    warnings, grid = simulation.services.warnings, simulation.grid
     driven = step.driven  # of all processes; below only some may go on
     warnings.bounds(bound_domains(simulation.points, grid))
     if step.active.overlays > 1:
         warnings.unpaired(simulation.model, simulation.points, grid)
-    with simulation.timers.measure("boundaries"):
+    with simulation.services.timers.measure("boundaries"):
         warnings.depths(
             simulation.implicit, simulation.points, simulation.surfaces, step.after, grid
         )
@@ -98,4 +98,4 @@ def move_surfaces(
     for surface, (state, warning) in zip(surfaces, moved, strict=True):
         surface.commit(state)
         if warning:
-            simulation.run_warnings.note(warning.partition(" at ")[0], warning)
+            simulation.services.warnings.note(warning.partition(" at ")[0], warning)

@@ -81,18 +81,17 @@ def solve(
         unknowns: Floats | None = None,
         search: Search = Search.STEP,
     ) -> Equilibrium:
-        with simulation.observer.solving(newton, guess, search):
+        with simulation.services.observer.solving(newton, guess, search):
             return solve_step(
-                balance, step.conditions, simulation.solver, newton, simulation.timers, guess,
-                on_iteration, unknowns, simulation.observer,
-            )  # fmt: skip
+                balance, step.conditions, simulation.services, newton, guess, on_iteration, unknowns
+            )
 
     yields = drag is not None and simulation.has_friction
     resting = predictor if simulation.contact_surfaces and not yields else None
     tries, later = attempts_from(guess, attempts, yields, again=resting is None)
     try:
         return solve_in_attempts(
-            tries, solved, step, balance, explained, resting, simulation.run_warnings
+            tries, solved, step, balance, explained, resting, simulation.services.warnings
         )
     except StepFailed as failure:
         if drag is None:
@@ -117,7 +116,7 @@ def solve(
         if not later:
             raise
     balance.restart(later[0][0].changes)
-    return solve_in_attempts(later, solved, step, balance, None, None, simulation.run_warnings)
+    return solve_in_attempts(later, solved, step, balance, None, None, simulation.services.warnings)
 
 
 def attempts_from(

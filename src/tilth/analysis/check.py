@@ -46,6 +46,6 @@ def check(model: Model) -> CheckResult:
     for simulation, active in StagedAnalysis(model).starts():
         unknowns = active.nodes * model.dimension
         sizes.append((len(simulation.points), len(active.cell_keys), unknowns))
-        warnings += simulation.warnings
+        warnings += simulation.services.warnings.texts
     points, active_cells, unknowns = max(sizes)
     return CheckResult(points, active_cells, unknowns, warnings)

@@ -63,7 +63,7 @@ def check_first_step(simulation: Simulation, in_advance: bool = False) -> Active
         )
     require_near_soil(model, simulation.surfaces, step.active)
     for key, text in warnings_of(simulation, in_advance):
-        simulation.run_warnings.note(key, text)
+        simulation.services.warnings.note(key, text)
     return step.active
 
 

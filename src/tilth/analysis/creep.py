@@ -191,14 +191,14 @@ def crept_to_rest(
     slow = 0
     for each in creep(solve, drag, newton, residual, displacement, None, soil):
         if each.at_rest:
-            simulation.run_warnings.crept(reason, step.after)
+            simulation.services.warnings.crept(reason, step.after)
             return each.found
         moved = np.linalg.norm(soil.interpolate(each.found.displacement), axis=1)
         if comm.max(float(moved.max(initial=0.0))) > bound:
             break
         slow = slow + 1 if each.borne <= FALLING else 0
         if driven > 0.0 and slow == PATIENCE:
-            simulation.run_warnings.falls(each.borne, step.after)
+            simulation.services.warnings.falls(each.borne, step.after)
             return replace(each.found, residuals=[*each.found.residuals, each.borne])
     soil.past = None
     return None

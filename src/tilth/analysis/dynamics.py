@@ -139,7 +139,7 @@ class Dynamics:
             balance = Balance(step.active, simulation.terms(step, soil))
             taken, unbalanced = simulation.waves.take_over(step, soil, balance)
             if taken:
-                simulation.run_warnings.not_at_rest(unbalanced)
+                simulation.services.warnings.not_at_rest(unbalanced)
                 balance = Balance(step.active, simulation.terms(step, soil))
             if simulation.model.stage.releases:
                 self.begun = True

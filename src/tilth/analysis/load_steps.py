@@ -42,14 +42,14 @@ def load_steps(
         AnalysisFailed: no equilibrium with the smallest step.
         BadInput: code of the user fails.
     """
-    cuts = 0
+    cuts, observer = 0, simulation.services.observer
     while not (clock.done or clock.stops):
         if clock.relaxing:
             yield from _relaxed(simulation, clock, on_iteration, on_cut)
             continue
         before, after = clock.time, clock.next_time()
         try:
-            with simulation.observer.attempt(simulation.model, clock.step + 1, before, after):
+            with observer.attempt(simulation.model, clock.step + 1, before, after):
                 result = simulation.advance(
                     before, after, on_iteration, clock.is_least, clock.is_short
                 )
@@ -64,7 +64,7 @@ def load_steps(
             if cuts == CUTS_IN_A_ROW:
                 causes = likely_causes(whole_simulation(simulation), clock, failure)
                 if causes:
-                    simulation.run_warnings.repeated_cuts(clock.step + 1, cuts, causes)
+                    simulation.services.warnings.repeated_cuts(clock.step + 1, cuts, causes)
             on_cut(after, failure)
             continue
         except BadInput as error:  # code of the user that fails in this step
@@ -92,18 +92,19 @@ def _relaxed(
     """
     relaxation = simulation.relaxation
     assert relaxation is not None
+    observer = simulation.services.observer
     before = after = clock.time
     if not clock.relaxing:
         after = clock.next_event
         relaxation.start(simulation, before)
-        simulation.run_warnings.relaxation(relaxation.number, before, after)
+        simulation.services.warnings.relaxation(relaxation.number, before, after)
     while relaxation.active:
         relaxation.settling = relaxation.may_be_at_rest
         size = 0.0 if relaxation.settling else relaxation.size
         try:
             if relaxation.steps >= relaxation.most_steps and not relaxation.settling:
                 raise StepFailed(f"the soil is not at rest after {relaxation.steps} steps")
-            with simulation.observer.attempt(simulation.model, clock.step + 1, before, after):
+            with observer.attempt(simulation.model, clock.step + 1, before, after):
                 result = simulation.advance(before, after, on_iteration)
         except StepFailed as failure:
             if relaxation.settling:

@@ -198,21 +198,21 @@ def _overlaps(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]
 def _behind(simulation: Simulation, in_advance: bool) -> Iterator[tuple[str, str]]:
     """Soil that begins behind an implicit boundary or inside a rigid shape."""
     points, grid = simulation.points, simulation.grid
-    stage = simulation.model.stage
+    warnings, stage = simulation.services.warnings, simulation.model.stage
     for boundary in simulation.implicit:
         is_rigid = boundary.body_name is not None
         if not stage.begins(boundary.body_name or boundary.name) or (is_rigid and in_advance):
             continue
         for name, surface in simulation.surfaces.items():
             known = surface_behind(boundary, surface.shape().position, 0.0, grid)
-            simulation.run_warnings.known_depth(f"surface of {name}, {boundary.name}", known, grid)
+            warnings.known_depth(f"surface of {name}, {boundary.name}", known, grid)
         if text := border_warning(boundary, points, 0.0, grid):
             yield f"border of {boundary.name}", text
         behind, depth = points_behind(boundary, points, 0.0, grid)
         if len(behind) == 0:
             continue
         deepest = behind[int(depth.argmax())]
-        simulation.run_warnings.known_depth(boundary.name, float(depth.max()), grid)
+        warnings.known_depth(boundary.name, float(depth.max()), grid)
         yield (
             f"start behind {boundary.name}",
             f"{boundary.key}.geometry: {len(behind)} of {len(points)} material points "

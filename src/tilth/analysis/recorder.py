@@ -158,8 +158,8 @@ class Recorder:
         """Goes on with the files of a run, dropping what was written after the checkpoint."""
         model, folder, progress = stored.model, stored.folder, stored.progress
         step, simulation = progress.clock.step, analysis.simulation
-        simulation.timers.wall |= progress.seconds.wall
-        simulation.timers.processor |= progress.seconds.processor
+        simulation.services.timers.wall |= progress.seconds.wall
+        simulation.services.timers.processor |= progress.seconds.processor
         active = simulation.locate(progress.clock.time)
         initial = analysis.initial if model.stages else initial_points(model)
         with together(simulation.comm):
@@ -299,9 +299,8 @@ class Recorder:
         """
         _core.set_user_code_note()
         unwritten: Exception | None = None
-        summary = partial(
-            self.log.finish, failure, self.simulation.timers.wall, self.simulation.solved
-        )
+        services = self.simulation.services
+        summary = partial(self.log.finish, failure, services.timers.wall, services.solver.summary)
         for action in (
             self._checkpoints.wait, self.results.close, self.tables.close, summary, self.log.close
         ):  # fmt: skip
@@ -320,7 +319,7 @@ class Recorder:
         self.energies.add(result)
         time = self.analysis.time
         self._collect_warnings()
-        with simulation.timers.measure("other"):
+        with simulation.services.timers.measure("other"):
             rows = self.tables.rows(clock.time, simulation, result, self.energies)
             stage = (simulation.model.stage.name, clock.time)
             shared = processes_text(simulation)
@@ -424,10 +423,10 @@ class Recorder:
 
     def _collect_warnings(self) -> None:
         """Notes in all processes what each of them warns of; all call it."""
-        self.simulation.run_warnings.collect(self.simulation.comm)
+        self.simulation.services.warnings.collect(self.simulation.comm)
 
     def _say_warnings(self) -> None:
-        texts = self.simulation.warnings if self._writes else []
+        texts = self.simulation.services.warnings.texts if self._writes else []
         said = {without_stage(text) for text in self.log.warnings} if texts else set()
         for text in texts:
             if self.analysis.number > 0 and without_stage(text) in said:
@@ -435,7 +434,7 @@ class Recorder:
             self.log.warning(text)
             if self._progress is not None:
                 self._progress.message(f"warning: {text}")
-        self.simulation.warnings.clear()
+        self.simulation.services.warnings.texts.clear()
 
     def _checkpoint(self, clock: Clock) -> None:
         """Writes the checkpoint beside the next step, unless it is the first, or a copy is large.
@@ -494,7 +493,7 @@ class Recorder:
             **self._earlier_outputs,
             "seconds": {
                 "total": self.log.seconds,
-                "wall": dict(self.simulation.timers.wall),
-                "processor": dict(self.simulation.timers.processor),
+                "wall": dict(self.simulation.services.timers.wall),
+                "processor": dict(self.simulation.services.timers.processor),
             },
         }

@@ -382,7 +382,7 @@ def _march(
     """Takes all load steps and writes the report, also of an analysis that failed."""
     first = analysis.clock.step
     if warning:
-        analysis.simulation.run_warnings.note("lock", warning)
+        analysis.simulation.services.warnings.note("lock", warning)
     try:
         iterations = yield from take_steps(analysis, recorder, quiet, explanation)
     except AnalysisFailed:
@@ -400,8 +400,8 @@ def _march(
         points=simulation.distribution.owned(simulation.points),
         steps=analysis.clock.step - first,
         iterations=iterations,
-        seconds=dict(simulation.timers.wall),
-        processor_seconds=dict(simulation.timers.processor),
+        seconds=dict(simulation.services.timers.wall),
+        processor_seconds=dict(simulation.services.timers.processor),
     )
 
 
@@ -417,7 +417,7 @@ def _report(recorder: Recorder) -> None:
     with together(comm):
         try:
             if comm.rank == 0:
-                with recorder.simulation.timers.measure("other"):
+                with recorder.simulation.services.timers.measure("other"):
                     write_report(recorder.folder)
         except Exception as error:
             reason = error.message if isinstance(error, TilthError) else f"{error}"

@@ -8,13 +8,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
 from tilth.analysis.creep import creep
 from tilth.analysis.mechanism import WIDTH, moving_cells
+from tilth.analysis.observer import UNOBSERVED
 from tilth.analysis.residual import Newton, Refinement, Residual
 from tilth.analysis.safety_search import Outcome, Trial
+from tilth.analysis.services import solver_for
 from tilth.analysis.simulation import ROUND_OFF, Simulation
 from tilth.analysis.step import Equilibrium, solve_step
 from tilth.arrays import Floats
@@ -25,7 +28,6 @@ from tilth.model import StrengthReduction
 from tilth.mpm.frozen_points import FROZEN_STRAIN, FrozenPoints, mean_elastic_strain, thickness
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.soil import PastFlow
-from tilth.solvers import LinearSolver, PetscSolver, distributed_solver, linear_solver
 from tilth.terms.balance import Balance
 from tilth.terms.drag import Drag
 from tilth.terms.ghost import Ghost
@@ -75,12 +77,9 @@ class Trials:
         self._simulation, self._on_iteration = simulation, on_iteration
         self._davis = settings.davis
         frozen = self._frozen.points
-        note = simulation.run_warnings.fallback
-        self._solver: LinearSolver | PetscSolver = (
-            linear_solver(analysis.solver, simulation.model.dimension, len(points), note)
-            if distribution.serial
-            else distributed_solver(analysis.solver, note)
-        )
+        services = simulation.services
+        solver = solver_for(simulation.model, len(points), self._comm, services.warnings)
+        self._services = replace(services, solver=solver, observer=UNOBSERVED)
         self.tolerance = max(TOLERANCE, analysis.tolerance)
         self._newton = Newton(
             tolerance=self.tolerance,
@@ -137,8 +136,8 @@ class Trials:
         self._balance.restart(Changes.USUAL)
         try:
             found = solve_step(
-                self._balance, self._conditions, self._solver, newton,
-                self._simulation.timers, guess, self._on_iteration, unknowns,
+                self._balance, self._conditions, self._services, newton, guess,
+                self._on_iteration, unknowns,
             )  # fmt: skip
         except StepFailed as failure:
             self._iterations += max(len(failure.residuals) - 1, 0)

@@ -212,7 +212,7 @@ def initial_setup(simulation: Simulation, active: ActiveGrid) -> Setup:
         body_force=_body_force(model),
         force_unit=model.units.force,
         kind=model.analysis.kind,
-        warnings=tuple(simulation.warnings),
+        warnings=tuple(simulation.services.warnings.texts),
         water=_water(simulation),
         water_times=model.stage.start + np.array([0.0, model.schedule.end]),
     )

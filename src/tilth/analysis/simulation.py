@@ -16,7 +16,6 @@ from tilth.analysis.checks import check_first_step
 from tilth.analysis.dynamics import Dynamics
 from tilth.analysis.grid_motion import GridMotion
 from tilth.analysis.kept_contact import KeptContact, KeptForce
-from tilth.analysis.observer import UNOBSERVED, Observer
 from tilth.analysis.owners import (
     DECLARED_POSITION,
     Arrays,
@@ -29,7 +28,7 @@ from tilth.analysis.owners import (
 from tilth.analysis.predictor import Predictor, load_curves
 from tilth.analysis.relaxation import Relaxation
 from tilth.analysis.residual import newton_attempts
-from tilth.analysis.run_warnings import RunWarnings
+from tilth.analysis.services import Services
 from tilth.analysis.step_result import PreparedStep, StepResult, result_of
 from tilth.analysis.wave_boundaries import WaveBoundaries
 from tilth.arrays import Floats
@@ -54,7 +53,7 @@ from tilth.grid.background import largest_face
 from tilth.model import Model
 from tilth.model.load_curve import LoadCurve
 from tilth.mpi import return_memory
-from tilth.mpm.active_grid import ActiveGrid, Buffers, locate
+from tilth.mpm.active_grid import ActiveGrid, locate
 from tilth.mpm.distribution import Distribution, KeyedRows
 from tilth.mpm.domains import bound_domains
 from tilth.mpm.initial_points import initial_points, present_points
@@ -64,7 +63,6 @@ from tilth.mpm.shear_strength import shear_strength
 from tilth.mpm.soil import Soil
 from tilth.mpm.water import PhreaticSurface
 from tilth.output.snapshot import SurfaceShape
-from tilth.solvers import LinearSolver, PetscSolver, distributed_solver, linear_solver
 from tilth.surface.loads import SurfaceLoads, declared_loads
 from tilth.surface.make import make_surfaces
 from tilth.terms.balance import Balance
@@ -81,7 +79,6 @@ from tilth.terms.soil_forces import SoilForces
 from tilth.terms.unheld_weight import unheld_weight
 from tilth.terms.water import WaterForces
 from tilth.terms.weak_springs import WeakSprings
-from tilth.timers import Timers
 
 ROUND_OFF = 1e-14
 """Residual forces below this share of Young's modulus times a cell's face count as zero."""
@@ -110,9 +107,7 @@ class Simulation:
         has_friction: whether some soil has friction by a law that says what its strength is.
         distribution: which points this process owns, of those of all processes.
         kept_contact, kept_ghost: forces of contact and ghost stabilisation after the last step.
-        timers: time spent in basis, stress, assembly, solve and other.
-        run_warnings: warnings of probable mistakes.
-        observer: watches steps; changes nothing.
+        services: what steps use and no result depends on.
         round_off: residual that counts as zero [force].
 
     Raises:
@@ -126,9 +121,6 @@ class Simulation:
         initial: MaterialPoints | None = None,
     ) -> None:
         self.model = model
-        self.timers = Timers()
-        self.run_warnings = RunWarnings()
-        self.observer: Observer = UNOBSERVED
         self.kind = model.analysis.kind
         self.declared_dynamics = Dynamics.of(model)
         self.relaxation = Relaxation.of(model)
@@ -148,9 +140,7 @@ class Simulation:
                 initial.selected(present_points(model, initial)) if model.stage.name else initial
             )
         self.points = points
-        self.solver: LinearSolver | PetscSolver = linear_solver(
-            model.analysis.solver, model.dimension, len(points), self.run_warnings.fallback
-        )
+        self.services = Services.of(model, len(points), SERIAL)
         self.waves = WaveBoundaries(model, self.boundaries, self.points.position)
         self.loads = Loads(model, initial, self.points)
         self.water = PhreaticSurface.of(model)
@@ -169,17 +159,16 @@ class Simulation:
         stage = model.stage.declared
         release = (None if stage is None else stage.release) or ((0, 0), (model.schedule.end, 1))
         self.released = ReleasedForces(model.dimension, LoadCurve(release))
-        self._buffers = Buffers()
         self.round_off = (
             ROUND_OFF * float(self.points.elastic_moduli().young.max()) * largest_face(self.grid)
         )
-        self.run_warnings.departures(model)
+        self.services.warnings.departures(model)
         self.contact_surfaces = [s for s in self.implicit if isinstance(s, ContactSurface)]
         touching = bool(self.contact_surfaces or self.body_contacts)
         self.is_forced = any(body.free.any() for body in self.bodies)
         self.has_friction = bool((shear_strength(self.points, model)[1] > 0.0).any())
         self.attempts = newton_attempts(model.analysis, self.round_off, touching)
-        self.run_warnings.bounds(bound_domains(self.points, self.grid))
+        self.services.warnings.bounds(bound_domains(self.points, self.grid))
 
     @classmethod
     def restored(
@@ -218,10 +207,9 @@ class Simulation:
         if comm.size > 1:
             self.distribution = Distribution(comm, self.points, self.grid, self._keyed)
             self.points = self.distribution.owned(self.points)
-            self._buffers = Buffers()  # those of all points
+            self.services.distribute(self.model, comm)
             return_memory()
             self.distribution.own = self.distribution.own[self.distribution.own]
-            self.solver = distributed_solver(self.model.analysis.solver, self.run_warnings.fallback)
 
     def _keyed(self) -> list[KeyedRows]:
         """Returns the owners whose variables belong to nodes or cells."""
@@ -238,11 +226,6 @@ class Simulation:
         return self.distribution.owned(self.points)
 
     @property
-    def warnings(self) -> list[str]:
-        """Texts not yet reported; the caller empties the list."""
-        return self.run_warnings.texts
-
-    @property
     def relaxes(self) -> bool:
         """Whether soil moves beyond a limit load."""
         return self.relaxation is not None and self.relaxation.active
@@ -251,11 +234,6 @@ class Simulation:
     def dynamics(self) -> Dynamics | Relaxation | None:
         """The inertia that acts now; None in equilibrium."""
         return self.relaxation if self.relaxes else self.declared_dynamics
-
-    @property
-    def solved(self) -> str:
-        """How many linear systems were solved by what."""
-        return self.solver.summary
 
     @property
     def rigid_bodies(self) -> dict[str, RigidBodyState]:
@@ -315,12 +293,11 @@ class Simulation:
 
         same_grid: whether the background grid is that of the last stage.
         """
-        self.timers, self.observer = last.timers, last.observer
+        self.services.go_on_from(last.services)
         if last.declared_dynamics is not None:
             self.waves.go_on_from(last.waves)
         if self.relaxation is not None and last.relaxation is not None:
             self.relaxation.number = last.relaxation.number
-        self.run_warnings.go_on_from(last.run_warnings)
         if same_grid:
             self._ghost.restore(last._ghost.state())
             self._edge_support.restore(last._edge_support.state())
@@ -338,7 +315,8 @@ class Simulation:
 
     def soil_on(self, active: ActiveGrid, interval: Interval = INSTANT) -> Soil:
         """Returns the soil on the grid of a step that takes this time."""
-        return Soil(self.points, active, self.kind, self.timers, self.distribution.own, interval)
+        timers, own = self.services.timers, self.distribution.own
+        return Soil(self.points, active, self.kind, timers, own, interval)
 
     def locate(self, time: float) -> ActiveGrid:
         """Locates the points on the grid of the step that begins at `time`; returns it.
@@ -348,10 +326,12 @@ class Simulation:
         """
         self.grid = self._grid_motion.at(time)
         if self.grid.graded and self._grid_motion.follows:  # smaller cells come to the points
-            self.run_warnings.bounds(bound_domains(self.points, self.grid))
+            self.services.warnings.bounds(bound_domains(self.points, self.grid))
         self.points = self.distribution.arranged(self.points, self.grid)
         with together(self.comm):
-            active = locate(self.points, self.grid, self._buffers, self.distribution.overlays)
+            active = locate(
+                self.points, self.grid, self.services.buffers, self.distribution.overlays
+            )
         return self.distribution.located(active)
 
     def prepare(self, before: float, after: float) -> PreparedStep:
@@ -361,13 +341,13 @@ class Simulation:
             StepFailed: a point is outside the grid, or its domain extends over too many cells.
             BadInput: a boundary prescribes a radial displacement on the axis of symmetry.
         """
-        with self.timers.measure("basis"):
+        with self.services.timers.measure("basis"):
             active = self.locate(before)
         time_step = self._time_step(before, after)
         for body in self.bodies:
             body.begin(after, time_step)
         implicit = self.implicit + (self.waves.surfaces() if time_step is None else [])
-        with self.timers.measure("boundaries"):
+        with self.services.timers.measure("boundaries"):
             near = FoundSoil.find(
                 implicit, self.points, active, before, self._touching, self.body_contacts
             )
@@ -377,12 +357,12 @@ class Simulation:
             declared = Conditions.gather(self.boundaries, active, before, after)
         on_axis = self.axis.constrain(active, declared, self.implicit, before)
         on_axis = replace(on_axis, conditions=on_axis.conditions.of_owners(active))
-        with self.timers.measure("boundaries"):
+        with self.services.timers.measure("boundaries"):
             constraints = ImplicitConstraints.gather(
                 implicit, self.points, active, self.kind, before, after,
                 on_axis.conditions.constrained, near,
             )  # fmt: skip
-        self.run_warnings.places(
+        self.services.warnings.places(
             self.boundaries, on_axis.conditions, constraints, self.model.boundary_keys(), before
         )
         return PreparedStep(before, after, active, on_axis, constraints, absorbing)
@@ -417,9 +397,9 @@ class Simulation:
         if creeps and self.dynamics is None and self.relaxation is None:
             drag = Drag.of(soil)
             terms.insert(-1, drag)
-        with self.timers.measure("basis"):  # for this includes the matrix's pattern
+        with self.services.timers.measure("basis"):  # for this includes the matrix's pattern
             balance = Balance(step.active, terms)
-        self.observer.prepared(soil, balance, step.conditions.constrained)
+        self.services.observer.prepared(soil, balance, step.conditions.constrained)
         equilibrium = solve(self, step, soil, balance, on_iteration, drag=drag)
         displacement = equilibrium.displacement
         moved = soil.interpolate(displacement)
@@ -431,7 +411,7 @@ class Simulation:
             failure.residuals = equilibrium.residuals
             raise
         move_surfaces(self, balance.active, displacement, moved)
-        with self.timers.measure("boundaries"):
+        with self.services.timers.measure("boundaries"):
             result = result_of(step, balance, equilibrium, self.kept_contact, self.kept_ghost)
         balance.commit(displacement, checked)
         self.waves.commit(before, after)
@@ -448,7 +428,7 @@ class Simulation:
         """
         active, constraints = step.active, step.constraints
         before, after, constrained = step.before, step.after, step.conditions.constrained
-        with self.timers.measure("boundaries"):
+        with self.services.timers.measure("boundaries"):
             boundaries = LinearForces(
                 constraints.couplings(),
                 constraints.carried_force,
@@ -456,7 +436,7 @@ class Simulation:
                 lambda u: constraints.commit(constraints.after(u)),
                 label="implicit boundaries",
             )
-        with self.timers.measure("basis"):
+        with self.services.timers.measure("basis"):
             weight = None
             if self.has_friction:
                 acceleration = self._acceleration(after)

@@ -61,11 +61,11 @@ def next_stage(last: Simulation, model: Model, initial: MaterialPoints) -> Simul
     if not stage.inertia:
         bodies = [body.inertia for body in simulation.bodies if body.inertia is not None]
         energies = moving, sum(each.energy() for each in bodies), points.stored_energy()
-        simulation.run_warnings.stopped(stage.name, *energies)
+        simulation.services.warnings.stopped(stage.name, *energies)
         for each in bodies:
             each.rest()
     if stage.grid is not None:
-        simulation.run_warnings.few_points(points, simulation.grid, f"{key}.grid.cell_size")
+        simulation.services.warnings.few_points(points, simulation.grid, f"{key}.grid.cell_size")
     return simulation
 
 

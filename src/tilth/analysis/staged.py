@@ -203,7 +203,7 @@ class StagedAnalysis:
             yield self.simulation, active
         if len(self.models) > first:
             simulation = self._at_first()
-            simulation.run_warnings.go_on_from(self.simulation.run_warnings)
+            simulation.services.warnings.go_on_from(self.simulation.services.warnings)
             for model, initial in zip(self.models[first:], self._initial[first:], strict=True):
                 simulation = checked_next_stage(simulation, model, initial, in_advance=True)
                 yield simulation, simulation.locate(0.0)
@@ -277,8 +277,7 @@ class StagedAnalysis:
         last, comm = self.simulation, self.simulation.comm
         self.model, self.models = model, model.of_stages
         simulation = Simulation.restored(model, collected(last).arrays())
-        simulation.timers, simulation.observer = last.timers, last.observer
-        simulation.run_warnings.go_on_from(last.run_warnings)
+        simulation.services.go_on_from(last.services)
         simulation.locate(self.clock.time)
         simulation.distribute(comm)
         self.simulation = simulation

@@ -10,16 +10,15 @@ from enum import Enum
 
 import numpy as np
 
-from tilth.analysis.observer import UNOBSERVED, Observer
 from tilth.analysis.residual import Iterate, Newton, Refinement, Residual
+from tilth.analysis.services import Services
 from tilth.arrays import Flags, Floats
 from tilth.boundaries import Conditions
 from tilth.errors import StepFailed
-from tilth.solvers import LinearSolver, LinearSystem, PetscSolver, SolveFailed, StepSolver
+from tilth.solvers import LinearSystem, SolveFailed, StepSolver
 from tilth.solvers.petsc import PetscStepSolver
 from tilth.terms.balance import Balance
 from tilth.terms.protocol import Changes
-from tilth.timers import Timers
 
 FORCING_TERM = 1e-4
 """Part of the residual that an iterative linear solver may leave at any time."""
@@ -75,34 +74,30 @@ class Equilibrium:
 def solve_step(
     balance: Balance,
     conditions: Conditions,
-    solver: LinearSolver | PetscSolver,
+    services: Services,
     newton: Newton,
-    timers: Timers,
     guess: Floats | None = None,
     on_iteration: Callable[[int, float], None] = lambda iteration, residual: None,
     unknowns: Floats | None = None,
-    observer: Observer = UNOBSERVED,
 ) -> Equilibrium:
     """Finds displacement u and global unknowns g of the step without a residual on what is free.
 
     Args:
         balance: all terms of the step.
         conditions: prescribed degrees of freedom.
-        solver: of the linear systems.
+        services: solve the linear systems, measure the time of it, and watch each iteration.
         newton: settings of the iteration.
-        timers: measure the time of assembly and solution.
         guess: nodal displacement to begin with (nodes, dim); none if not given.
         on_iteration: is called with the iteration and its relative residual.
         unknowns: global unknowns to begin with, (m,), those of the guess; those at the start of
             the step if not given.
-        observer: is shown each iteration.
 
     Raises:
         StepFailed: no equilibrium within the iterations, an inverted point, a singular system.
     """
     constrained = conditions.constrained
     residual = Residual(balance, constrained)
-    linearised = Linearisation(balance, constrained, solver, timers)
+    linearised = Linearisation(balance, constrained, services)
     residuals: list[float] = []
     begun, reuse = 0, Reuse.NOTHING
     refinements = _Refinements(newton.refinement)
@@ -117,7 +112,7 @@ def solve_step(
             begun = len(residuals)
             now = residual.at(now.displacement, now.unknowns)
             residuals[-1] = now.relative
-        observer.iteration(len(residuals) - 1, now, moving)
+        services.observer.iteration(len(residuals) - 1, now, moving)
         if not math.isfinite(now.relative):
             raise StepFailed("the residual is not a number", residuals=residuals)
         if residual.balanced(now, newton, len(residuals) - 1) and not moving:
@@ -254,19 +249,12 @@ class Linearisation:
     Args:
         balance: all terms of the step.
         constrained: prescribed degrees of freedom, shape (nodes, dim).
-        solver: of the systems.
-        timers: measure the time of assembly and solution.
+        services: solve them, and measure the time of assembly and solution.
     """
 
-    def __init__(
-        self,
-        balance: Balance,
-        constrained: Flags,
-        solver: LinearSolver | PetscSolver,
-        timers: Timers,
-    ) -> None:
+    def __init__(self, balance: Balance, constrained: Flags, services: Services) -> None:
         self._balance, self._constrained = balance, constrained
-        self._solver, self._timers = solver, timers
+        self._solver, self._timers = services.solver, services.timers
         self._begun: tuple[LinearSystem, StepSolver | PetscStepSolver] | None = None
 
     def correction(

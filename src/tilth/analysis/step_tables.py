@@ -129,7 +129,7 @@ class StepTables:
             found[BOUNDARIES] = motion_values(self._model, simulation, result)
         if self._columns[ENERGIES]:
             values = energies.values(simulation, time)
-            simulation.run_warnings.contact_gives(values, energies.start)
+            simulation.services.warnings.contact_gives(values, energies.start)
             found[ENERGIES] = [values[kind] for kind in ENERGY_KINDS]
         return found
 

@@ -74,7 +74,7 @@ def take_steps(
     """
     iterations, comm, going = 0, analysis.simulation.comm, True
     if explanation is not None:
-        analysis.simulation.observer = explanation
+        analysis.simulation.services.observer = explanation
     with DeferredStop() as stop:
         with (
             recorder.recording(analysis.clock, quiet) as progress,
@@ -139,5 +139,5 @@ def reduce_strength(
         record(recorder.folder, simulation, clock.step, clock.time, result, index)
         if not result.is_decided:
             what = f"stage {stage.name!r}: {result.text}"
-            simulation.run_warnings.note(f"safety {index}", what)
+            simulation.services.warnings.note(f"safety {index}", what)
         recorder.factor_of_safety(stage.name, result.text)
