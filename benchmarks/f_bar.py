@@ -65,7 +65,7 @@ class Kernels:
 
     def __init__(self, model: Model) -> None:
         simulation = Simulation(model)
-        self.grid = locate(simulation.points, simulation.grid, Buffers())
+        self.grid = locate(simulation.state.points, simulation.state.grid, Buffers())
         self.soil = simulation.soil_on(self.grid)
         self.displacement = 2e-4 * np.sin(self.grid.position)
         self.matrix = np.empty((len(self.grid.column), *2 * (self.grid.grid.dim,)))

@@ -66,8 +66,8 @@ if __name__ == "__main__":
     iterations = result.equilibrium.iterations
     iteration = (wall["stress"] + wall["assembly"]) / iterations
     solve = wall["solve"] / iterations
-    touching = sum(len(boundary.carried) for boundary in simulation.implicit)
-    print(f"{len(simulation.points)} points, {touching} quadrature points, {threads} threads")
+    touching = sum(len(boundary.carried) for boundary in simulation.state.implicit)
+    print(f"{len(simulation.state.points)} points, {touching} quadrature points, {threads} threads")
     print(f"{iterations} Newton iterations; seconds: ", end="")
     print(", ".join(f"{name} {seconds:.3f}" for name, seconds in wall.items()))
     share = wall["boundaries"] / iterations

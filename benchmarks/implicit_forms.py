@@ -83,7 +83,7 @@ def block(kind: str, form: str, delta: float) -> Model:
 
 def stress_error(model: Model) -> float:
     """Greatest error of the Cauchy stress over its size."""
-    points = march(model).points
+    points = march(model).state.points
     lame, shear = 0.3 / (1.3 * 0.4), 1.0 / 2.6
     strain = np.log1p(STRAIN)
     exact = (lame * strain + 2.0 * shear * strain * np.array([1, 0, 0, 0, 0, 0])
@@ -94,11 +94,16 @@ def stress_error(model: Model) -> float:
 def condition_and_time(model: Model) -> tuple[float, float]:
     """Condition number of the first matrix, and the seconds of the boundary terms."""
     simulation = Simulation(model)
-    active = locate(simulation.points, simulation.grid, Buffers())
+    active = locate(simulation.state.points, simulation.state.grid, Buffers())
     start = time.perf_counter()
     for _ in range(5):
         constraints = ImplicitConstraints.gather(
-            simulation.implicit, simulation.points, active, simulation.kind, 0.0, 1.0
+            simulation.state.implicit,
+            simulation.state.points,
+            active,
+            simulation.setup.kind,
+            0.0,
+            1.0,
         )
         couplings = constraints.couplings()
     seconds = (time.perf_counter() - start) / 5

@@ -17,6 +17,7 @@ from typing import Any
 from measure import machine
 
 from tilth import Model, _core
+from tilth.analysis.advance import begin_motion
 from tilth.analysis.simulation import Simulation
 from tilth.terms.inertia import AssembledInertia, Inertia
 from tilth_verification.cases import varied
@@ -99,8 +100,8 @@ class Steps:
 
     def __init__(self, model: Model) -> None:
         self.simulation, self._time = Simulation(model), 0.0
-        if self.simulation.dynamics is not None:
-            self.simulation.dynamics.begin(self.simulation, 0.0, DURATION / STEPS)
+        simulation = self.simulation
+        begin_motion(simulation.setup, simulation.state, simulation.services, 0.0, DURATION / STEPS)
 
     def take(self) -> tuple[float, int]:
         """Takes a step; returns its processor time [s] and Newton iterations."""
@@ -148,7 +149,7 @@ def main() -> None:
         counts = [sum(pair[k][1] for pair in pairs) for k in range(2)]
         share = own.total / (dynamic - own.total)
         print(
-            f"{name:<20}{len(still.simulation.points):>12,}{counts[0]:>12}{static:>12.2f}"
+            f"{name:<20}{len(still.simulation.state.points):>12,}{counts[0]:>12}{static:>12.2f}"
             f"{share:>12.1%}{dynamic / static:>12.2f}{counts[1]:>12}"
         )
 

@@ -120,7 +120,7 @@ def energy_norm(
     simulation: Simulation, active: ActiveGrid, constraints: ImplicitConstraints
 ) -> Any:
     """The matrix of a step without its boundaries, and a mass of modulus / side^2, sparse."""
-    soil, gamma = simulation.soil_on(active), simulation.model.analysis.ghost_stabilisation
+    soil, gamma = simulation.soil_on(active), simulation.setup.model.analysis.ghost_stabilisation
     nodes, dim = active.position.shape
     nothing_held = np.zeros((nodes, dim), dtype=bool)
     ghost = Ghost(gamma, dim)
@@ -213,9 +213,9 @@ def spectra(
     """
     h, dim = 1.0 / cells, len(axes)
     simulation = block_on_plane(axes, h * offset, cells, condition)
-    active = locate(simulation.points, simulation.grid, Buffers())
+    active = locate(simulation.state.points, simulation.state.grid, Buffers())
     constraints = ImplicitConstraints.gather(
-        simulation.implicit, simulation.points, active, simulation.kind, 0.0, 1.0
+        simulation.state.implicit, simulation.state.points, active, simulation.setup.kind, 0.0, 1.0
     )
     (part,) = constraints.parts
     assert isinstance(part, SurfaceConstraint)

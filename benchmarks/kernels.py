@@ -38,7 +38,7 @@ def simulations() -> Iterator[tuple[str, Simulation]]:
         yield f"3D, {basis}", Simulation(varied(block(16), {"bodies.0.basis": basis}))
     for basis in BASES[1:]:
         simulation = Simulation(varied(block(16), {"bodies.0.basis": basis}))
-        disarrange(simulation.points, simulation.grid.cell_size)
+        disarrange(simulation.state.points, simulation.state.grid.cell_size)
         yield f"3D, {basis}, at random", simulation
 
 
@@ -104,8 +104,8 @@ def main() -> None:
     print("| | nodes | flops | bytes | microseconds | limit | share |")
     print("| --- | --- | --- | --- | --- | --- | --- |")
     for name, simulation in simulations():
-        simulation.points.position += SHIFT * simulation.grid.cell_size
-        active = locate(simulation.points, simulation.grid, Buffers())
+        simulation.state.points.position += SHIFT * simulation.state.grid.cell_size
+        active = locate(simulation.state.points, simulation.state.grid, Buffers())
         soil = simulation.soil_on(active)
         blocks = np.empty((len(active.column), active.grid.dim, active.grid.dim))
         displacement = 1e-4 * active.position

@@ -104,9 +104,9 @@ class Row:
     def __init__(self, model: Model, region: str) -> None:
         simulation = Simulation(model)
         self._material = model.materials["soil"]
-        self.points = simulation.points
-        self.points.position += SHIFT * simulation.grid.cell_size
-        self.grid = locate(self.points, simulation.grid, Buffers())
+        self.points = simulation.state.points
+        self.points.position += SHIFT * simulation.state.grid.cell_size
+        self.grid = locate(self.points, simulation.state.grid, Buffers())
         self.soil = simulation.soil_on(self.grid)
         dim = self.grid.grid.dim
         self.matrix = np.empty((len(self.grid.column), dim, dim))

@@ -114,7 +114,7 @@ def measured(cells: int, steps: int, petsc: bool) -> None:
     simulation.check()
     simulation.distribute(comm)  # type: ignore[arg-type]
     if petsc:
-        simulation._solver = PetscSolver("multigrid")
+        simulation.services.solver = PetscSolver("multigrid")
     times = [step / 4 for step in range(steps + 2)]
     simulation.advance(*times[:2])
     simulation.services.timers.wall.clear()
@@ -129,9 +129,9 @@ def measured(cells: int, steps: int, petsc: bool) -> None:
         "memory": present_memory(),
         "peak": peak_memory(),
         "sent": (comm.sent - sent) / steps,
-        "points": len(simulation.points),
+        "points": len(simulation.state.points),
         "iterations": iterations,
-        "linear": simulation._solver.summary,
+        "linear": simulation.services.solver.summary,
     }
     found = comm.gathered(own)
     if comm.rank == 0:

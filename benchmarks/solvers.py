@@ -100,9 +100,9 @@ def slope_points(model: Model) -> MaterialPoints:
 
 
 def last_system(simulation: Simulation, steps: int = 1) -> tuple[LinearSystem, Floats]:
-    keeper = Keeper(simulation.model.dimension)
-    simulation._solver = keeper
-    schedule = simulation.model.schedule
+    keeper = Keeper(simulation.setup.model.dimension)
+    simulation.services.solver = keeper
+    schedule = simulation.setup.model.schedule
     for step in range(steps):
         simulation.advance(schedule.regular_time(step), schedule.regular_time(step + 1))
     assert keeper.system is not None

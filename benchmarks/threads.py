@@ -20,14 +20,14 @@ ROUNDS, CALLS = 15, 6
 
 def parts_of(simulation: Simulation) -> dict[str, Callable[[], object]]:
     """The three parts on the first step of a simulation, ready to be called again and again."""
-    points, buffers = simulation.points, Buffers()
-    active = locate(points, simulation.grid, buffers)
+    points, buffers = simulation.state.points, Buffers()
+    active = locate(points, simulation.state.grid, buffers)
     soil = simulation.soil_on(active)
     displacement = 1e-4 * active.position
     blocks = np.empty((len(active.column), active.grid.dim, active.grid.dim))
 
     def basis() -> object:
-        return locate(points, simulation.grid, buffers).block_positions
+        return locate(points, simulation.state.grid, buffers).block_positions
 
     def stress() -> None:
         soil.update(displacement)
@@ -73,8 +73,8 @@ def ratios() -> Iterator[tuple[str, int, str, tuple[float, float], float, float]
                     _core.set_threads(threads)
                     times[threads - 1, turn] = seconds(call)
             total += times
-            yield name, len(simulation.points), part, *compared(times)
-        yield name, len(simulation.points), "all three", *compared(total)
+            yield name, len(simulation.state.points), part, *compared(times)
+        yield name, len(simulation.state.points), "all three", *compared(total)
 
 
 def compared(times: npt.NDArray[np.float64]) -> tuple[tuple[float, float], float, float]:

@@ -173,7 +173,7 @@ def load(problem: Problem, model: Model) -> tuple[float, int, float]:
 
     begin = time.process_time()
     simulation = march(model, after_step)
-    return values[-1], len(simulation.points), time.process_time() - begin
+    return values[-1], len(simulation.state.points), time.process_time() - begin
 
 
 def draw(path: Path, found: Mapping[str, list[Point]]) -> None:

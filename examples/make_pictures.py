@@ -102,10 +102,10 @@ def surface_figure(models: list[tilth.Model]) -> Figure:
         lines = []
 
         def after_step(simulation, result, time, lines=lines):
-            (chain,) = simulation.surfaces["beam"].chains
+            (chain,) = simulation.state.surfaces["beam"].chains
             lines.append(LocalCubicSpline(chain.current).polyline(8))
 
-        place = march(model, after_step).points.position
+        place = march(model, after_step).state.points.position
         axes.plot(*place.T, ".", color="#d8b070", markersize=30.0 / len(place) ** 0.5)
         for line in lines[:-1]:
             axes.plot(*line.T, color="#3b6ea5", linewidth=0.5)
@@ -183,12 +183,12 @@ def draw_bases(name: str, file: str, steps: int) -> None:
         "boundaries.0.factor": [[0.0, 0.0], [1.0, time * model.boundaries[0].factor[-1][1]]],
         "schedule.steps": steps,
     }
-    exact = march(varied(model, {**short, "boundaries.0.nodes": "all"})).points
+    exact = march(varied(model, {**short, "boundaries.0.nodes": "all"})).state.points
     figure = Figure(figsize=(10.4, 4.4), layout="constrained")
     axes_of = figure.subplots(2, 2, sharex=True, sharey=True)
     for axes, (basis, rule) in zip(axes_of.flat, RULES, strict=True):
         body = {"bodies.0.basis": basis, "bodies.0.domain_update": rule}
-        points = march(varied(model, {**short, **body})).points
+        points = march(varied(model, {**short, **body})).state.points
         ratio = von_mises_stress(points) / von_mises_stress(exact)[0]
         if basis == "linear":
             drawn = axes.scatter(*points.position.T, c=ratio, s=14.0)

@@ -237,7 +237,7 @@ def quarter_turn(simulation: Simulation, shift: tuple[float, float]) -> Simulati
         ends = np.array([place(shape["lower"]), place(shape["upper"])])
         return shape | {"lower": ends.min(axis=0).tolist(), "upper": ends.max(axis=0).tolist()}
 
-    entries = simulation.model.to_dict()
+    entries = simulation.setup.model.to_dict()
     for boundary in entries["boundaries"]:
         along_x = boundary["axis"] == "x"
         boundary["at"] = shift[1] + boundary["at"] if along_x else shift[0] - boundary["at"]

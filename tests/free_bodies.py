@@ -113,7 +113,7 @@ def fallen(entries: dict[str, Any], steps: int | None = None) -> Simulation:
     """The state after some steps, or after all."""
     simulation = Simulation(Model.from_dict(entries))
     simulation.check()
-    schedule = simulation.model.schedule
+    schedule = simulation.setup.model.schedule
     for number in range(steps or schedule.number_of_steps):
         simulation.advance(schedule.regular_time(number), schedule.regular_time(number + 1))
     return simulation

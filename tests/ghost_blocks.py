@@ -41,4 +41,4 @@ def block(
         body["shape"]["lower"] = [10.0 + shift] * dim
         body["shape"]["upper"] = [10.0 + shift + cells] * dim
     simulation = Simulation(Model.from_dict(spaced(entries, spacing)))
-    return simulation, locate(simulation.points, simulation.grid, Buffers())
+    return simulation, locate(simulation.state.points, simulation.state.grid, Buffers())

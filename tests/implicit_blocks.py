@@ -66,7 +66,7 @@ def steps_of(model: Model) -> tuple[Simulation, list[StepResult]]:
 
 
 def by_number(simulation: Simulation) -> Floats:
-    points = simulation.points
+    points = simulation.state.points
     return points.position[points.index_of(np.arange(len(points)))]
 
 

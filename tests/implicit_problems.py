@@ -50,9 +50,14 @@ def locate_contacts(
     simulation: Simulation, before: float = 0.0, after: float = 1.0
 ) -> tuple[ActiveGrid, ImplicitConstraints]:
     """The grid of a step, and what the implicit boundaries do on it."""
-    active = locate(simulation.points, simulation.grid, Buffers())
+    active = locate(simulation.state.points, simulation.state.grid, Buffers())
     return active, ImplicitConstraints.gather(
-        simulation.implicit, simulation.points, active, simulation.kind, before, after
+        simulation.state.implicit,
+        simulation.state.points,
+        active,
+        simulation.setup.kind,
+        before,
+        after,
     )
 
 
@@ -96,7 +101,7 @@ def ghost_force(faces: FaceCoupling, displacement: Floats) -> Floats:
 
 def take_steps(simulation: Simulation) -> list[StepResult]:
     """All steps of the schedule, none of them cut."""
-    steps = simulation.model.schedule.steps
+    steps = simulation.setup.model.schedule.steps
     simulation.check()
     return [simulation.advance(a, b) for a, b in pairwise(np.linspace(0.0, 1.0, steps + 1))]
 
@@ -183,7 +188,7 @@ def stress_error(model: Model, stretch: Floats, angle: float, points: MaterialPo
     dim = len(stretch)
     strain = np.zeros(3)
     strain[:dim] = np.log(stretch)
-    if simulation.kind == "axisymmetric":
+    if simulation.setup.kind == "axisymmetric":
         strain[2] = strain[0]
     lame = MODULUS * POISSON / ((1.0 + POISSON) * (1.0 - 2.0 * POISSON))
     principal = lame * strain.sum() + MODULUS / (1.0 + POISSON) * strain
@@ -191,7 +196,7 @@ def stress_error(model: Model, stretch: Floats, angle: float, points: MaterialPo
     if dim == 2:
         exact[:2, :2] = rotation(angle) @ exact[:2, :2] @ rotation(angle).T
     place = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])
-    difference = simulation.points.stress[:, place] - exact
+    difference = simulation.state.points.stress[:, place] - exact
     return np.asarray(np.linalg.norm(difference, axis=(1, 2)) / np.linalg.norm(exact))
 
 

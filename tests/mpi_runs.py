@@ -121,14 +121,14 @@ def computed(model: Model, comm: Communicator, steps: int) -> dict[str, Any]:
         start = [told.iterations, told.residual_before, told.change, told.largest, *told.place]
     forces: dict[str, list[list[float]]] = {}
     iterations, energies = [], []
-    sums = Energies.at_start(analysis.simulation)
+    sums = Energies.at_start(analysis.setup, analysis.state)
     for _, result in analysis.steps():
         for name, force in result.forces.items():
             whole = total(comm, force[result.active.owned].sum(axis=0))
             forces.setdefault(name, []).append(whole.tolist())
         iterations.append(result.equilibrium.iterations)
         sums.add(result)
-        energies.append(list(sums.values(analysis.simulation, result.time).values()))
+        energies.append(list(sums.values(analysis.setup, analysis.state, result.time).values()))
         if len(iterations) == steps:
             break
     simulation = analysis.simulation
@@ -137,15 +137,17 @@ def computed(model: Model, comm: Communicator, steps: int) -> dict[str, Any]:
         "position": all_positions(simulation).tolist(),
         "iterations": iterations,
         "energies": energies,
-        "surfaces": {each.name: each.position.tolist() for each in simulation.surface_shapes()},
+        "surfaces": {
+            each.name: each.position.tolist() for each in simulation.state.surface_shapes()
+        },
         "start": start,
     }
 
 
 def all_positions(simulation: Simulation) -> Floats:
     """The positions of the points of all processes, in the order of their numbers."""
-    own = simulation.distribution.owned(simulation.points)
-    parts = simulation.comm.gathered((own.point_id, own.position))
+    own = simulation.state.distribution.owned(simulation.state.points)
+    parts = simulation.state.comm.gathered((own.point_id, own.position))
     number = np.concatenate([each for each, _ in parts])
     return np.asarray(np.concatenate([each for _, each in parts])[np.argsort(number)])
 

@@ -147,11 +147,11 @@ def mean_depth(simulation: Simulation) -> tuple[float, float]:
     negative where the surfaces are apart: the scatter of the domains around the soil's surface has
     no mean.
     """
-    (surface,) = simulation.contact_surfaces
-    time = simulation.bodies[0].time
+    (surface,) = simulation.state.contact_surfaces
+    time = simulation.state.bodies[0].time
     position, normal, _ = surface.surface_points(time)
     gap, point = measure_gap(
-        simulation.points, simulation.grid, simulation.surfaces, position, normal,
+        simulation.state.points, simulation.state.grid, simulation.state.surfaces, position, normal,
         surface.cell, surface.behind,
     )  # fmt: skip
     touching = np.flatnonzero((surface.carried[:, 2] == 1.0) & (point >= 0))
@@ -171,9 +171,9 @@ def tracked_depth(simulation: Simulation) -> tuple[float, float]:
     It is the gap that these points carry on; other than measured ones it knows that the soil is
     displaced beside a corner of the polygon within a cell only as the nodes allow.
     """
-    (surface,) = simulation.contact_surfaces
-    dim = simulation.model.dimension
+    (surface,) = simulation.state.contact_surfaces
+    dim = simulation.setup.model.dimension
     touching = np.flatnonzero(surface.carried[:, dim] == 1.0)
-    weight = surface.weights(simulation.bodies[0].time, touching)
+    weight = surface.weights(simulation.state.bodies[0].time, touching)
     size, gap = float(weight.sum()), surface.carried[touching, dim + 2]
     return (-float(weight @ gap) / size if size > 0.0 else 0.0), size

@@ -89,9 +89,9 @@ def assert_same_results(one: Path, other: Path) -> None:
 
 def restored(simulation: Simulation) -> Simulation:
     """A simulation from the arrays of another one; all of them are the same again."""
-    stored = {key: array.copy() for key, array in simulation.arrays().items()}
-    found = Simulation.restored(simulation.model, stored)
-    again = found.arrays()
+    stored = {key: array.copy() for key, array in simulation.state.arrays().items()}
+    found = Simulation.restored(simulation.setup.model, stored)
+    again = found.state.arrays()
     assert again.keys() == stored.keys()
     for key, array in stored.items():
         np.testing.assert_array_equal(again[key], array, err_msg=key)

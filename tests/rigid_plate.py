@@ -111,12 +111,12 @@ def column(kind: str, length: float = 1.0, stress: float = 1.0) -> Simulation:
 
 
 def conditions(simulation: Simulation, active: ActiveGrid) -> Conditions:
-    return Conditions.gather(simulation.boundaries, active, 0.0, 1.0)
+    return Conditions.gather(simulation.state.boundaries, active, 0.0, 1.0)
 
 
 def plate_balance(simulation: Simulation, *plate: float) -> Balance:
     """The balance of the column and its plate, `plate` as the arguments of `Plate`."""
-    active = locate(simulation.points, simulation.grid, Buffers())
+    active = locate(simulation.state.points, simulation.state.grid, Buffers())
     return Balance(active, [SoilForces(simulation.soil_on(active)), Plate(active, *plate)])
 
 

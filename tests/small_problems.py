@@ -289,7 +289,7 @@ class Laboratory:
     ) -> Laboratory:
         model = Model.from_dict(block_entries(kind, basis, material, **changed))
         points = jittered_points(model, random, 0.4)
-        return cls(kind, points, Simulation(model, points).grid)
+        return cls(kind, points, Simulation(model, points).state.grid)
 
     def copy(self) -> Laboratory:
         return Laboratory(self.kind, copy.deepcopy(self.points), self.grid)
@@ -346,7 +346,7 @@ def deformed_laboratory(
     entries["bodies"][0]["anti_locking"] = method
     model = Model.from_dict(spaced(entries, spacing))
     points = jittered_points(model, random, 0.4)
-    laboratory = Laboratory(kind, points, Simulation(model, points).grid)
+    laboratory = Laboratory(kind, points, Simulation(model, points).state.grid)
     for _ in range(steps):
         laboratory.step(laboratory.random_displacement(random, 0.06))
     return laboratory

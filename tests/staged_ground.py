@@ -93,7 +93,7 @@ def march(case: dict[str, Any]) -> tuple[StagedAnalysis, dict[str, Simulation], 
     results: list[StepResult] = []
 
     def at_start(analysis: StagedAnalysis) -> None:
-        starts[analysis.simulation.model.stage.name] = analysis.simulation
+        starts[analysis.simulation.setup.model.stage.name] = analysis.simulation
 
     analysis = march_stages(
         Model.from_dict(case), lambda _, result: results.append(result), at_start
@@ -110,11 +110,11 @@ def at_start_of(case: dict[str, Any], name: str) -> tuple[StagedAnalysis, Materi
     points: dict[str, MaterialPoints] = {}
 
     def keep(analysis: StagedAnalysis) -> None:
-        all_points = analysis.simulation.points
+        all_points = analysis.simulation.state.points
         points["end"] = all_points.selected(np.ones(len(all_points), dtype=bool))
 
     def reach(analysis: StagedAnalysis) -> None:
-        if analysis.simulation.model.stage.name == name:
+        if analysis.simulation.setup.model.stage.name == name:
             found.append(analysis)
             raise Reached
 
@@ -126,4 +126,4 @@ def at_start_of(case: dict[str, Any], name: str) -> tuple[StagedAnalysis, Materi
 
 def by_number(simulation: Simulation, name: str) -> Floats:
     """An array of the points in the order of their permanent numbers."""
-    return np.asarray(getattr(simulation.points, name)[simulation.points.in_order])
+    return np.asarray(getattr(simulation.state.points, name)[simulation.state.points.in_order])

@@ -75,7 +75,7 @@ REAL = """
 
 ## 1. A file to write: `cpp/tilth/material/own_law.hpp`
 
-`Simulation.owners`, `Model`, `tilth.open("run")`, `grid.cell_size`, `cell_size = 0.5`,
+`Simulation.advance`, `Model`, `tilth.open("run")`, `grid.cell_size`, `cell_size = 0.5`,
 `[[rigid_bodies]]`, `cauchy_stress_xx`, `surface_NAME`, `history.csv`, `src/tilth/cli.py`,
 `cli.py`, `python benchmarks/kernels.py --long`, `cpp/tilth/material/own_law.hpp`, `own_name`,
 `test_of_history_only_files_are_looked_at`, `x + 2 y_unknown`

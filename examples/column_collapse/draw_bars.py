@@ -49,7 +49,7 @@ if __name__ == "__main__":
     def after_step(simulation, result, time):
         due = [t for t in TIMES if t <= time and t not in lines]
         if due:
-            lines[due[-1]] = profile(simulation.points, cell)
+            lines[due[-1]] = profile(simulation.state.points, cell)
 
     points = march(model, after_step).points
     lines[model.schedule.end] = profile(points, cell)

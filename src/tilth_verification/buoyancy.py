@@ -71,7 +71,7 @@ def column(
     its exact height [m].
     """
     model = with_cells(varied(example("self_weight_column", file), BASES[basis] | changes), cells)
-    points = march(in_water(model, level)).points
+    points = march(in_water(model, level)).state.points
     exact = WetColumn(HEIGHT, MODULUS, DENSITY * GRAVITY, SATURATED * GRAVITY - UNIT_WEIGHT, level)
     up, volume = model.dimension - 1, points.initial_volume
     stress = exact.vertical_stress(initial_position(points)[:, up])
@@ -95,7 +95,7 @@ def under_water() -> Iterator[Comparison]:
     buoyant = soil.saturated_density - wet.water.unit_weight / GRAVITY
     changes: dict[str, Any] = {"water": None, "materials.soil.saturated_density": None, "track": []}
     changes |= {"materials.soil.density": buoyant, "output.colour_by": None}
-    one, other = march(wet).points, march(varied(wet, changes)).points
+    one, other = march(wet).state.points, march(varied(wet, changes)).state.points
     order = other.index_of(one.point_id)
     apart = np.abs(one.displacement - other.displacement[order]).max()
     quantity = "displacement under water less that of the dry slope, over the greatest one"
@@ -124,13 +124,13 @@ def turned() -> Iterator[Comparison]:
     """The effective stress turns with the soil; the pore pressure is that of the place."""
     model = example(PROBLEM, "wet_rotation.toml")
     simulation = march(model)
-    points, end = simulation.points, model.schedule.end
+    points, end = simulation.state.points, model.schedule.end
     given = np.array([-60.0, -20.0, -30.0, -8.0, 0.0, 0.0])
     effective = effective_stress(points)
     error = np.abs(effective - given).max() / 60.0
     yield vanishing("effective stress of a block turned by 90 degrees", float(error), 1e-12, "turn")
     pressure = 10.0 * np.maximum(level_of(points.position[:, 0]) - points.position[:, 1], 0.0)
-    excess = total_stress(points, simulation.water, end) - effective
+    excess = total_stress(points, simulation.setup.water, end) - effective
     error = np.abs(excess[:, :3] + pressure[:, None]).max() / pressure.max()
     yield vanishing("pore pressure where it is then", float(error), 1e-12, "depth below the level")
 

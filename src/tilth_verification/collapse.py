@@ -116,7 +116,7 @@ def surface(model: Model, cell_size: float) -> Iterator[Comparison]:
 
 def solve(model: Model) -> Outcome:
     """Runs a collapse to its end; returns its outcome."""
-    points = march(model).points
+    points = march(model).state.points
     order = np.argsort(points.point_id)
     return Outcome(
         initial=np.round(initial_position(points)[order], 9),

@@ -132,7 +132,7 @@ def column(file: str, ratio: float, cells: int = CELLS) -> Model:
 
 def collapse(model: Model, width: float) -> Deposit:
     """Lets a column of this width [m] collapse."""
-    points = march(model).points
+    points = march(model).state.points
     start = potential_energy(points, initial_position(points))
     lowest = max(0.0, -float(points.position[:, 1].min()))
     kinetic = 0.5 * float(points.mass @ (points.motion[:, 0] ** 2).sum(axis=1))

@@ -60,7 +60,7 @@ def run_contact(model: Model, *, may_fail: bool = False) -> ContactRun:
     last: list[tuple[Simulation, StepResult]] = []
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
-        body = simulation.rigid_bodies.get(name)
+        body = simulation.state.rigid_bodies.get(name)
         moved = np.zeros(model.dimension) if body is None else body.displacement.copy()
         forces = {each: result.resultant(each) for each in names}
         touching = result.contacts.get(name)

@@ -83,7 +83,7 @@ def corner(cell_size: float, changes: Mapping[str, Any] = NO_CHANGES) -> dict[An
     found: dict[Any, float] = {}
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
-        surface = simulation.surfaces["membrane"]
+        surface = simulation.state.surfaces["membrane"]
         assert isinstance(surface, TrackedSurface)
         chain = surface.chains[0]
         nearest = int(np.linalg.norm(chain.initial.points - CORNER, axis=1).argmin())

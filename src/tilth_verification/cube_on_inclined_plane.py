@@ -61,7 +61,7 @@ def unbalanced(cube: Model) -> tuple[float, float]:
     residuals = []
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
-        points = simulation.points
+        points = simulation.state.points
         weight = time * density * points.initial_volume[:, None] * gravity
         turning = np.cross(points.position - edge, weight).sum(axis=0)
         total = weight.sum(axis=0)
@@ -82,7 +82,7 @@ def sag_error(ball: Model) -> float:
     assert material.density is not None
     sphere = sphere_of(ball)
     weight = material.density * np.array(load.acceleration)
-    points = march(ball).points
+    points = march(ball).state.points
     form = ConstrainedBall(sphere.centre, sphere.radius, tuple(weight), material)
     exact, volume = form.displacement(initial_position(points)), points.initial_volume
     squared_error = ((points.displacement - exact) ** 2).sum(axis=1) @ volume

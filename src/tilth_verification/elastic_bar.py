@@ -137,15 +137,18 @@ def vibrate(cells: int, steps: int, periods: int, radius: float | None = None) -
     model = varied(example(PROBLEM), changes)
     simulation = Simulation(model)
     simulation.check()
-    points, energies = simulation.points, Energies.at_start(simulation)
+    points, energies = (
+        simulation.state.points,
+        Energies.at_start(simulation.setup, simulation.state),
+    )
     tip = points.point_id[[points.position[:, 0].argmax()]]
     moved, stored = [0.0], [energies.start]
     for number in range(periods * steps):
         schedule = model.schedule
         simulation.advance(schedule.regular_time(number), schedule.regular_time(number + 1))
         moved.append(float(points.displacement[points.index_of(tip)[0], 0]))
-        kinetic = energies.value("kinetic", simulation, 0.0)
-        stored.append(kinetic + energies.value("elastic", simulation, 0.0))
+        kinetic = energies.value("kinetic", simulation.setup, simulation.state, 0.0)
+        stored.append(kinetic + energies.value("elastic", simulation.setup, simulation.state, 0.0))
     drift = float(np.abs(np.array(stored) / energies.start - 1.0).max())
     return Vibration(eigenvalue_of(np.array(moved)), PERIOD / steps, drift)
 

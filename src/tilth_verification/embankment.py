@@ -51,7 +51,7 @@ def lifts(basis: str) -> Iterator[Comparison]:
     gaps: dict[str, float] = {}
 
     def after_step(analysis: StagedAnalysis, result: StepResult) -> None:
-        carried[analysis.simulation.model.stage.name] = float(result.resultant("base")[1])
+        carried[analysis.simulation.setup.model.stage.name] = float(result.resultant("base")[1])
 
     def at_start(analysis: StagedAnalysis) -> None:
         number = analysis.number
@@ -75,10 +75,10 @@ def gaps_below(simulation: Simulation, name: str, ground: str) -> Floats:
 
     name: of the body. ground: name of the body below, which has a tracked surface.
     """
-    points = simulation.points
+    points = simulation.state.points
     own = points.of_body(name)
     position, half = points.position[own], points.half_length[own]
-    shape = simulation.surfaces[ground].shape()
+    shape = simulation.state.surfaces[ground].shape()
     start, end = shape.position[shape.cells].transpose(1, 0, 2)
     found = []
     for x in np.unique(np.round(position[:, 0], 9)):
@@ -105,7 +105,7 @@ def limit(basis: str, cell_size: float) -> Iterator[Comparison]:
     reached = [0.0]
 
     def after_step(analysis: StagedAnalysis, result: StepResult) -> None:
-        stage = analysis.simulation.model
+        stage = analysis.simulation.setup.model
         reached[0] = stage.load_curve(stage.loads[0]).factor(result.time)
 
     at = f"{basis}, h B/{2.0 / cell_size:g}"

@@ -120,7 +120,7 @@ def tip_curve(model: Model, position: npt.ArrayLike = TIP) -> tuple[Floats, Floa
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
         fraction.append(time)
-        tip.append(extrapolated_displacement(simulation.points, near, start, end))
+        tip.append(extrapolated_displacement(simulation.state.points, near, start, end))
 
     march(model, after_step)
     return np.array(fraction), np.array(tip)

@@ -77,15 +77,15 @@ def released_by_node(basis: str) -> Iterator[Comparison]:
     rows: list[Comparison] = []
 
     def at_end(analysis: StagedAnalysis) -> None:
-        points = analysis.simulation.points
+        points = analysis.simulation.state.points
         before["points"] = points.selected(np.ones(len(points), dtype=bool))
 
     def at_start(analysis: StagedAnalysis) -> None:
         simulation = analysis.simulation
-        if simulation.model.stage.number < 2:
+        if simulation.setup.model.stage.number < 2:
             return
         error, residual = _errors_at_start(simulation, before["points"])
-        at = f"{simulation.model.stage.name}, {basis}"
+        at = f"{simulation.setup.model.stage.name}, {basis}"
         quantity = f"released less carried force of a node over the largest, {at}"
         rows.append(vanishing(quantity, error, 1e-8, CARRIED))
         quantity = f"residual over the largest force while nothing is released, {at}"
@@ -108,15 +108,15 @@ def _errors_at_start(simulation: Simulation, before: MaterialPoints) -> tuple[fl
     residual = balance.forces(np.zeros(step.active.position.shape)).residual
     free = ~step.conditions.constrained
     released = np.zeros(free.shape)
-    place = simulation.released.position
+    place = simulation.state.released.position
     node = np.abs(step.active.position[None] - place[:, None]).max(axis=2).argmin(axis=1)
-    released[node] = simulation.released.force
-    whole = locate(before, simulation.grid, Buffers())
-    gravity = simulation.model.loads[0]
+    released[node] = simulation.state.released.force
+    whole = locate(before, simulation.state.grid, Buffers())
+    gravity = simulation.setup.model.loads[0]
     assert isinstance(gravity, BodyForce)
     acceleration = np.array(gravity.acceleration)
     number = np.flatnonzero(np.isin(whole.key, step.active.key))
-    gone = before.selected(~np.isin(before.point_id, simulation.points.point_id))
+    gone = before.selected(~np.isin(before.point_id, simulation.state.points.point_id))
     removed = carried(gone, whole, acceleration)[number]
     out_of_balance = carried(before, whole, acceleration)[number]
     reached = free & (removed != 0.0).any(axis=1)[:, None]
@@ -144,7 +144,7 @@ def resultants() -> Iterator[Comparison]:
 
 def positions(analysis: StagedAnalysis) -> Floats:
     """Returns all points' positions in the order of their numbers [length], shape (n, 2)."""
-    points = whole_simulation(analysis.simulation).points
+    points = whole_simulation(analysis.simulation).state.points
     return np.asarray(points.position[points.in_order])
 
 
@@ -195,7 +195,7 @@ def order_of_digging() -> Iterator[Comparison]:
             for i, names in enumerate(dug)
         ]
         dig[0]["reset"] = ["displacement"]
-        points = march_stages(with_stages(model, [*rest, *dig])).simulation.points
+        points = march_stages(with_stages(model, [*rest, *dig])).simulation.state.points
         found.append(points.displacement[points.in_order])
     size = np.abs(found[2]).max()
     for moved, what in ((found[0], "one after the other"), (found[1], "in the other order")):
@@ -213,7 +213,7 @@ def wide_pit(sizes: tuple[float, ...]) -> Iterator[Comparison]:
     exact = Heave(height=5.0, removed=5.0, unit_weight=20.0, modulus=modulus).total()
     for size in sizes:
         analysis = march_stages(varied(model, {"grid.cell_size": size}))
-        points = analysis.simulation.points
+        points = analysis.simulation.state.points
         heave = float((points.position + points.half_length)[:, 1].max()) - 5.0
         quantity = f"heave of 5 m under a wide pit of 5 m, h {size:g} m"
         yield relative(quantity, heave, exact, 0.02 * size, "one dimension", "m")

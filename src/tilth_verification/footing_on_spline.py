@@ -155,8 +155,8 @@ def press(model: Model) -> Outcome:
         forces.append(result.resultant(name))
 
     simulation = march(model, after_step)
-    points = simulation.points
-    footing = simulation.implicit[0]
+    points = simulation.state.points
+    footing = simulation.state.implicit[0]
     return Outcome(
         force=np.array(forces),
         displacement=points.displacement[np.argsort(points.point_id)],

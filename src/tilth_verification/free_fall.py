@@ -59,7 +59,7 @@ def of_kind(kind: str, inertia: dict[str, object], basis: str) -> Model:
 
 def errors_of(model: Model) -> tuple[float, float]:
     """Returns the greatest errors of any point's displacement and velocity over that it has."""
-    points = march(model, lambda *_: None).points
+    points = march(model, lambda *_: None).state.points
     dim = model.dimension
     start, gravity = np.zeros(dim), np.zeros(dim)
     start[0] = 0.0 if model.analysis.kind == "axisymmetric" else VELOCITY[0]

@@ -146,8 +146,8 @@ def plastic() -> Iterator[Comparison]:
             "schedule.steps": round(100 * share),
         }
         model = varied(full, changes)
-        moved = march(varied(model, {"boundaries.0.nodes": "all"})).points.stress[0]
-        points = march(model).points
+        moved = march(varied(model, {"boundaries.0.nodes": "all"})).state.points.stress[0]
+        points = march(model).state.points
         motion = f"{basis}, plastic shear to {500 * share:g} % across the grid"
         difference = abs(points.stress - moved).max() / abs(moved).max()
         yield vanishing(
@@ -174,7 +174,7 @@ def driven(model: Model) -> Outcome:
     rows: list[tuple[float, float, float]] = []
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
-        points = simulation.points
+        points = simulation.state.points
         error = np.sqrt(((points.stress - exact(time)) ** 2).sum(axis=1).mean()) / size
         volume = domain_volume(points).sum() / points.volume.sum() - 1.0
         rows.append((time, float(error), float(volume)))

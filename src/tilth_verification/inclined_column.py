@@ -177,12 +177,12 @@ def solve(model: Model, cells: int | None = None) -> Outcome:
     outcome = Outcome()
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
-        outcome.position.append(simulation.points.position.copy())
+        outcome.position.append(simulation.state.points.position.copy())
         total = result.reaction.sum(axis=0) / (model.load_curve(load).factor(time) * weight)
         error = float(np.linalg.norm(total - up))
         outcome.reaction_error = max(outcome.reaction_error, error)
 
-    points = march(model, after_step).points
+    points = march(model, after_step).state.points
     xx, yy, xy = points.stress[:, [0, 1, 3]].T
     axial = up[0] ** 2 * xx + up[1] ** 2 * yy + 2.0 * up[0] * up[1] * xy
     elevation = (initial_position(points) - np.array(shape.lower)) @ up

@@ -59,7 +59,7 @@ class Start:
         """Finds the equilibrium, then takes a step with the same loads."""
         simulation = Simulation(model)
         simulation.check()
-        points = simulation.points
+        points = simulation.state.points
         declared = points.stress[points.index_of(np.arange(len(points)))]
         report = find_initial_equilibrium(simulation)
         order = points.index_of(np.arange(len(points)))

@@ -87,7 +87,7 @@ def outcome(model: Model) -> Outcome:
         moving += result.relaxing is not None
         force = float(result.resultant("base")[1])
 
-    points = march(model, after_step).points
+    points = march(model, after_step).state.points
     start, moved = initial_position(points), points.displacement
     behind = start - TOE
     face = (behind[:, 0] > -FACE) & (behind[:, 0] < 0.0) & (behind[:, 1] > 0.0)

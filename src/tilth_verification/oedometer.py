@@ -45,12 +45,12 @@ def comparisons(long: bool) -> Iterator[Comparison]:
             stress, plastic = [], []
             for variant in variants:
                 steps = {"schedule.steps": 200} if long else {}
-                points = march(varied(variant, steps)).points
+                points = march(varied(variant, steps)).state.points
                 stress.append(stress_error(points, exact))
                 plastic.append(float(np.abs(points.plastic[:, 0] / plastic_strain - 1.0).max()))
             of = f"von Mises, {kind}, {basis}"
             yield vanishing(f"stress error, {of}", max(stress), 1e-8, SOURCE)
             yield vanishing(f"plastic strain error, {of}", max(plastic), 1e-8, SOURCE)
         elastic = varied(model, {"materials.clay.yield_stress": 1e3 * material.young_modulus})
-        error = stress_error(march(elastic).points, hencky_cauchy_stress(gradient, material))
+        error = stress_error(march(elastic).state.points, hencky_cauchy_stress(gradient, material))
         yield vanishing(f"stress error below yield, {kind}", error, 1e-8, SOURCE)

@@ -35,7 +35,7 @@ def comparisons(long: bool) -> Iterator[Comparison]:
         assert isinstance(soil, HenckyElastic | VonMises)
         exact = hencky_cauchy_stress(gradient, soil)
         for basis, variants in with_each_basis(model):
-            error = max(stress_error(march(variant).points, exact) for variant in variants)
+            error = max(stress_error(march(variant).state.points, exact) for variant in variants)
             quantity = f"stress error, elastic, {kind}, {basis}"
             yield vanishing(quantity, error, 1e-8, "closed form")
     yield from von_mises(example(PROBLEM, "von_mises.toml"), (40, 160) if long else (20, 40))
@@ -51,7 +51,7 @@ def von_mises(model: Model, steps: tuple[int, int]) -> Iterator[Comparison]:
     for basis, variants in with_each_basis(model):
         errors = []
         for count in steps:
-            points = march(varied(variants[0], {"schedule.steps": count})).points
+            points = march(varied(variants[0], {"schedule.steps": count})).state.points
             errors.append(stress_error(points, exact.cauchy_stress[0]))
         quantity = f"stress error, von Mises, {steps[1]} steps, {basis}"
         yield vanishing(quantity, errors[1], 1.0 / steps[1], "rate equations")

@@ -79,7 +79,7 @@ def tow(way: float | None = None) -> Tow:
     until = None if way is None else WEIGHT + (1.0 - WEIGHT) * way / TRAVEL
     simulation = Simulation(model)
     simulation.check()
-    points = simulation.points
+    points = simulation.state.points
     rows: list[tuple[float, ...]] = []
     work, iterations = 0.0, 0
     for _, result in load_steps(simulation, Clock(model.schedule, until=until)):
@@ -106,7 +106,7 @@ def tow(way: float | None = None) -> Tow:
 def kept(run: Tow) -> Iterator[Comparison]:
     """No soil is lost, doubled, compressed or in the blade; where the work goes."""
     moving = run.after(0.0)
-    points = run.end.points
+    points = run.end.state.points
     quantity = f"change of the soil's volume while the blade is drawn {run.way[-1]:.2g} m"
     change = run.volume[moving:] / run.volume[moving - 1] - 1.0
     yield vanishing(quantity, float(np.abs(change).max()), 1e-3, "none")

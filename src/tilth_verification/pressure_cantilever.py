@@ -159,7 +159,7 @@ def bend(model: Model) -> Bending:
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
         nonlocal balance
-        surface = simulation.surfaces["beam"]
+        surface = simulation.state.surfaces["beam"]
         assert isinstance(surface, TrackedSurface)
         (beam,) = surface.chains
         points = moved_points(beam.initial, beam.current)

@@ -143,7 +143,7 @@ def refined(kind: str, cells: int) -> Model:
 def inflate(model: Model) -> Outcome:
     """Loads an elastic ring by its pressure; returns its displacements."""
     simulation = march(model)
-    points = simulation.points
+    points = simulation.state.points
     exact = closed_form(model)
     at, now = (radius(model, x) for x in (initial_position(points), points.position))
     moved, volume = exact.radial_displacement(at), points.initial_volume
@@ -208,10 +208,10 @@ def load_to_failure(model: Model) -> list[tuple[float, float]]:
 
 def boundary_points(simulation: Simulation) -> tuple[Floats, Floats]:
     """Returns initial radii, radial displacements of the boundary points [length], (n,) each."""
-    (surface,) = simulation.surfaces.values()
+    (surface,) = simulation.state.surfaces.values()
     assert isinstance(surface, TrackedSurface)
     (chain,) = surface.chains
-    model = simulation.model
+    model = simulation.setup.model
     before, now = radius(model, chain.initial.points), radius(model, chain.current.points)
     return before, now - before
 

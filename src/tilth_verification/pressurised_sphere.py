@@ -47,7 +47,7 @@ def radial_displacement(h: float, part: str, radius: float) -> tuple[float, floa
     assert isinstance(material, HenckyElastic)
     pressure = SMALL_PRESSURE * material.young_modulus
     changes = {"grid.cell_size": h, "loads.0.pressure": pressure, "schedule.steps": 1}
-    surface = march(varied(model, {**changes, "schedule.outputs": 1})).surfaces["shell"]
+    surface = march(varied(model, {**changes, "schedule.outputs": 1})).state.surfaces["shell"]
     assert isinstance(surface, TrackedSolidSurface)
     now, initial = surface.triangles.current, surface.triangles.initial
     vertex = np.unique(now.triangle[now.in_part(part)])
@@ -64,7 +64,7 @@ def follows() -> Iterator[Comparison]:
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
         residuals[:] = result.equilibrium.residuals
 
-    surface = march(example(PROBLEM), after_step).surfaces["shell"]
+    surface = march(example(PROBLEM), after_step).state.surfaces["shell"]
     assert isinstance(surface, TrackedSolidSurface)
     now = surface.triangles.current
     force = -now.area_vector[now.in_part("inner")].sum(axis=0)

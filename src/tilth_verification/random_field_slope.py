@@ -63,7 +63,7 @@ def _correlation(one: Floats, other: Floats) -> float:
 def _in_the_analysis() -> Iterator[Comparison]:
     """Nowhere does the stress of the slope under its weight exceed the strength at that point."""
     model = example(PROBLEM)
-    points = march(model).points
+    points = march(model).state.points
     strength = initial_points(model).varying["undrained_shear_strength"][points.point_id]
     deviator = points.stress.copy()
     deviator[:, :3] -= deviator[:, :3].mean(axis=1, keepdims=True)

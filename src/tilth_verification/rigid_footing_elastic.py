@@ -160,7 +160,7 @@ def press(
         rows.append((time * end, -result.resultant("footing")[1] / young_modulus))
 
     simulation = march(model, after_step)
-    footing = next(b for b in simulation.implicit if b.name == "footing")
-    depth = footing.penetration(simulation.points.position, model.schedule.end)
+    footing = next(b for b in simulation.state.implicit if b.name == "footing")
+    depth = footing.penetration(simulation.state.points.position, model.schedule.end)
     settlement, force = np.array(rows).T
     return settlement, force, depth

@@ -88,7 +88,7 @@ def moved(model: Model) -> tuple[float, float]:
     name, found = model.rigid_bodies[0].name, [0.0, 0.0]
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
-        body = simulation.rigid_bodies[name]
+        body = simulation.state.rigid_bodies[name]
         turn = body.rotation[1] if model.dimension == 3 else -body.rotation[2]
         found[:] = [float(body.displacement[0]), float(turn)]
 

@@ -68,7 +68,7 @@ def turned(model: Model, turns: int) -> Kept:
     """Turns the disc of a model, with `STEPS` steps a turn."""
     simulation = Simulation(model)
     simulation.check()
-    points = simulation.points
+    points = simulation.state.points
     first, energy, centre = momentum(points), energy_of(points), centre_of(points)
     velocity = points.mass @ points.motion[:, 0] / points.mass.sum()
     for number in range(STEPS * turns):

@@ -162,7 +162,7 @@ def assumed_strain(long: bool) -> Iterator[Comparison]:
         for cells in (16, 64, 256) if long else (16, 64):
             model = with_cells(example(PROBLEM, file), cells)
             without, with_it = (
-                march(varied(model, {"bodies.0.anti_locking": method})).points
+                march(varied(model, {"bodies.0.anti_locking": method})).state.points
                 for method in ("none", "f_bar")
             )
             volume, exact = without.initial_volume, closed_form(model)
@@ -233,7 +233,7 @@ def solve(model: Model, cells: int) -> Outcome:
 def outcome_of(model: Model) -> Outcome:
     """Returns the outcome of a column as it is."""
     simulation = march(model)
-    points = simulation.points
+    points = simulation.state.points
     exact = closed_form(model)
     up = model.dimension - 1
     elevation, volume = initial_position(points)[:, up], points.initial_volume

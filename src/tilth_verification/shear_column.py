@@ -96,7 +96,7 @@ def acceleration_of_top(model: Model) -> tuple[Floats, Floats]:
     rows: list[tuple[float, float]] = []
 
     def after_step(simulation: Simulation, result: object, time: float) -> None:
-        points = simulation.points
+        points = simulation.state.points
         rows.append((time, float(points.motion[points.position[:, 1].argmax(), 1, 0])))
 
     march(model, after_step)
@@ -176,6 +176,6 @@ def left_of_pulse(changes: dict[str, Any]) -> float:
     """Returns kinetic and elastic energy at the end over that at the start."""
     model = varied(example(PROBLEM, "pulse.toml"), changes)
     simulation = Simulation(model)
-    first = Energies.at_start(simulation).start
-    points = march(model).points
+    first = Energies.at_start(simulation.setup, simulation.state).start
+    points = march(model).state.points
     return (points.kinetic_energy(points.mass) + points.stored_energy()) / first

@@ -50,7 +50,7 @@ def slid(model: Model) -> float:
     found = [0.0]
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
-        points = simulation.points
+        points = simulation.state.points
         found[:] = [float(np.average(points.displacement[:, 0], weights=points.mass))]
 
     march(model, after_step)

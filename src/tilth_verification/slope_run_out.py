@@ -91,7 +91,7 @@ def slide(model: Model) -> Slide:
 
     def at_end(analysis: StagedAnalysis) -> None:
         simulation, time = analysis.simulation, analysis.clock.time
-        for index, stage in simulation.model.stage.reductions:
+        for index, stage in simulation.setup.model.stage.reductions:
             result = strength_reduction(simulation, time, stage)
             middle = 0.5 * (result.factor + result.above)
             if index < SLIDE:
@@ -99,6 +99,6 @@ def slide(model: Model) -> Slide:
             else:
                 found.at_rest = middle
 
-    moved = march_stages(model, after_step, at_end=at_end).simulation.points.displacement
+    moved = march_stages(model, after_step, at_end=at_end).simulation.state.points.displacement
     found.run_out, found.settlement = float(moved[:, 0].max()), -float(moved[:, 1].min())
     return found

@@ -226,7 +226,7 @@ def press(model: Model, half_width: float) -> Press:
         settlement = model.load_curve(plate).factor(time) * SETTLEMENT
         rows.append((settlement, pressure, result.equilibrium.iterations))
 
-    points = march(model, after_step).points
+    points = march(model, after_step).state.points
     start = initial_position(points)
     on_axis = np.flatnonzero((start[:, :2] < start[:, :2].min(axis=0) + 1e-6).all(axis=1))
     on_axis = on_axis[np.argsort(-start[on_axis, 2])]

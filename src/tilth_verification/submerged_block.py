@@ -54,7 +54,7 @@ def anywhere_over_the_grid() -> Iterator[Comparison]:
     for share in positions(POSITIONS, 2):
         origin = (0.25 * share).tolist()
         simulation = Simulation(varied(example(PROBLEM), {"grid.origin": origin}))
-        buoyancy = unit_weight(simulation.model) * enclosed(simulation, "block")
+        buoyancy = unit_weight(simulation.setup.model) * enclosed(simulation, "block")
         error = water(simulation, 1.0) - [0.0, buoyancy]
         worst = max(worst, float(np.abs(error).max()) / buoyancy)
     quantity = f"force of water on the block less its buoyancy, worst of {POSITIONS} positions"
@@ -76,8 +76,8 @@ def pulled(steps: int, points_per_cell: int = 6) -> Iterator[Comparison]:
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
         if time < 0.5 - 1e-9:
             return  # water and weight are not complete yet
-        volume = simulation.points.volume.sum()
-        weight = gravity * simulation.points.initial_volume.sum()  # density 1
+        volume = simulation.state.points.volume.sum()
+        weight = gravity * simulation.state.points.initial_volume.sum()  # density 1
         area = enclosed(simulation, "block")
         x, y = water(simulation, time) / (gamma * area)
         carried = np.array([0.0, weight]) - result.resultant("handle")
@@ -129,7 +129,7 @@ def handle(model: Model) -> tuple[Floats, Floats, Floats]:
     rows: list[tuple[float, Floats, float]] = []
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
-        volume = float(simulation.points.volume.sum())
+        volume = float(simulation.state.points.volume.sum())
         rows.append((min(time / 0.5, 1.0), result.resultant("handle"), volume))
 
     march(model, after_step)
@@ -179,7 +179,7 @@ def kink_error(spacing: float) -> float:
             "loads.0.hydrostatic.level": level,
         }
         simulation = Simulation(varied(example(PROBLEM, "rising_water.toml"), changes))
-        model = simulation.model
+        model = simulation.setup.model
         lift = water(simulation, 1.0)[1] / unit_weight(model)
         errors.append((lift - wet_area(model, level)) / whole_area(model))
     return float(np.sqrt(np.mean(np.square(errors))))
@@ -187,16 +187,21 @@ def kink_error(spacing: float) -> float:
 
 def water(simulation: Simulation, time: float) -> Floats:
     """Returns the force of the water on a body at its current surface [force], shape (2,)."""
-    active = locate(simulation.points, simulation.grid, Buffers())
+    active = locate(simulation.state.points, simulation.state.grid, Buffers())
     loads = SurfaceLoads(
-        declared_loads(simulation.model), simulation.kind, simulation.surfaces, active, time, time
+        declared_loads(simulation.setup.model),
+        simulation.setup.kind,
+        simulation.state.surfaces,
+        active,
+        time,
+        time,
     )
     return np.asarray(loads.force_before().sum(axis=0))
 
 
 def enclosed(simulation: Simulation, body: str) -> float:
     """Returns the area inside the spline around a body [length^2]."""
-    surface = simulation.surfaces[body]
+    surface = simulation.state.surfaces[body]
     assert isinstance(surface, TrackedSurface)
     return LocalCubicSpline(surface.chains[0].current).area
 

@@ -167,10 +167,10 @@ def outcome_of(model: Model, straddling: bool = False) -> Outcome:
     pressure = []
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
-        height = simulation.grid.cell_size[1] * (2.0 if straddling else 1.0)
+        height = simulation.state.grid.cell_size[1] * (2.0 if straddling else 1.0)
         pressure.append(result.resultant(inner.name)[0] / (2.0 * math.pi * a * height))
 
-    points = march(model, after_step).points
+    points = march(model, after_step).state.points
     exact = ThickCylinder(a, b, inner.displacement["x"], material)
     radius, volume = initial_position(points)[:, 0], points.initial_volume
     displacement, stress = exact.radial_displacement(radius), exact.stress(radius)
@@ -204,7 +204,7 @@ def solve_solid(model: Model, cells: int) -> tuple[float, float]:
     entries["boundaries"].append(
         {"name": "centre", "type": "plane", "axis": "x", "at": 0.0, "condition": "roller"}
     )
-    points = march(Model.from_dict(entries), lambda *_: None).points
+    points = march(Model.from_dict(entries), lambda *_: None).state.points
     strain = inner.displacement["x"] / inner.at
     displacement = strain * initial_position(points)[:, 0]
     stretch = np.diag([1.0 + strain, 1.0, 1.0 + strain])

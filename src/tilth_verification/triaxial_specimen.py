@@ -117,7 +117,7 @@ def compress(model: Model) -> tuple[MaterialPoints, Floats]:
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
         now = height + moved * model.load_curve(platen).factor(time)
-        volume = float(simulation.points.volume.sum())
+        volume = float(simulation.state.points.volume.sum())
         stresses.append(-float(result.resultant(platen.name)[1]) * now / volume)
 
-    return march(model, after_step).points, np.array(stresses)
+    return march(model, after_step).state.points, np.array(stresses)

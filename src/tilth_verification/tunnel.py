@@ -111,7 +111,7 @@ def settle(model: Model) -> Trough:
     x, y = chain.current.points[top].T
     order = np.argsort(x)
     settlement = (height - y)[order]
-    start, cell = initial_position(simulation.points), model.cell_size[0]
+    start, cell = initial_position(simulation.state.points), model.cell_size[0]
     row = start[:, 1] > height - 0.5 * cell
     spacing = width / np.count_nonzero(row)
     return Trough(
@@ -119,13 +119,13 @@ def settle(model: Model) -> Trough:
         x=x[order],
         settlement=settlement,
         area=2.0 * float(trapezoid(settlement, x[order])),
-        area_of_points=-2.0 * spacing * float(simulation.points.displacement[row, 1].sum()),
+        area_of_points=-2.0 * spacing * float(simulation.state.points.displacement[row, 1].sum()),
         area_change=2.0 * abs(surface.enclosed() - before) / lost,
         lift=lift,
     )
 
 
 def _surface(simulation: Simulation) -> TrackedSurface:
-    surface = simulation.surfaces["soil"]
+    surface = simulation.state.surfaces["soil"]
     assert isinstance(surface, TrackedSurface)
     return surface

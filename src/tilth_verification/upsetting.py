@@ -164,7 +164,7 @@ def press(file: str, changes: Mapping[str, Any] = MappingProxyType({})) -> Outco
         above, below = (result.resultant(f"{side} platen")[1] for side in ("upper", "lower"))
         rows.append((model.load_curve(upper).factor(time), -above, above + below))
 
-    points = march(model, after_step).points
+    points = march(model, after_step).state.points
     part, force, residual = np.array(rows).T
     material, volume = model.materials["clay"], points.volume
     young_modulus, poisson_ratio = map(material.parameter, ("young_modulus", "poisson_ratio"))

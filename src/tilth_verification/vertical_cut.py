@@ -89,13 +89,13 @@ def raise_gravity(model: Model) -> tuple[Floats, Floats]:
     unit = -gravity.acceleration[1] * clay.density * HEIGHT / clay.undrained_shear_strength
     simulation = Simulation(model)
     simulation.check()
-    points = simulation.points
+    points = simulation.state.points
     nearest = np.abs(initial_position(points) - CREST).sum(axis=1).argmin()
     crest = points.point_id[[nearest]]
     rows: list[tuple[float, float]] = []
     with suppress(AnalysisFailed):
         for _, result in load_steps(simulation, Clock(model.schedule)):
-            points = simulation.points
+            points = simulation.state.points
             settlement = -points.displacement[points.index_of(crest)[0], 1]
             rows.append((unit * model.load_curve(gravity).factor(result.time), settlement))
             if len(rows) > 1 and rate(rows[-2:]) > COLLAPSE * rate([(0.0, 0.0), rows[0]]):

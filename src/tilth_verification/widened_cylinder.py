@@ -238,7 +238,7 @@ def solve(model: Model, requested: Sequence[float], step: float | None = None) -
 
 def state(simulation: Simulation, result: StepResult, widening: float) -> Outcome:
     """Returns the outcome of a widened cylinder in its current state."""
-    model, points = simulation.model, simulation.points
+    model, points = simulation.setup.model, simulation.state.points
     ring = model.analysis.kind == "axisymmetric"
     exact = closed_form(elastic(model), widening)
     if ring:
@@ -259,12 +259,12 @@ def state(simulation: Simulation, result: StepResult, widening: float) -> Outcom
     last = at > OUTER - 2.0 * float(result.active.grid.cell_size[0])
     parabola = np.polyfit(at[last] - OUTER, now[last] - at[last], 2)
     traction = 0.0
-    for boundary in simulation.implicit:
+    for boundary in simulation.state.implicit:
         if boundary.name == "outer face":
             traction = normal_traction(boundary, OUTER + exact.outer_displacement)
     return Outcome(
         widening=widening,
-        pressure=normal_traction(simulation.implicit[0], INNER + widening),
+        pressure=normal_traction(simulation.state.implicit[0], INNER + widening),
         outer_displacement=float(parabola[-1]),
         outer_traction=traction,
         displacement_error=math.sqrt(squared_error),

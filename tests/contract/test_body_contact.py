@@ -167,7 +167,7 @@ def test_a_long_way_in_one_step_is_refused() -> None:
     entries = two_blocks("plane_strain", "smooth")
     simulation = simulation_of(entries)
     simulation.advance(0.0, 0.01)
-    points = simulation.points
+    points = simulation.state.points
     moved = np.zeros_like(points.position)
     moved[points.of_body("top"), 0] = 0.9 * CELL
     _require_short_motion(simulation, moved)
@@ -179,5 +179,5 @@ def test_a_long_way_in_one_step_is_refused() -> None:
 
 
 def _require_short_motion(simulation: Simulation, moved: np.ndarray) -> None:
-    pairs = simulation.body_contacts
-    require_short_motion(pairs, motions_of_bodies(pairs, simulation.points, moved, SERIAL))
+    pairs = simulation.state.body_contacts
+    require_short_motion(pairs, motions_of_bodies(pairs, simulation.state.points, moved, SERIAL))

@@ -26,7 +26,7 @@ ROUND_OFF = 3e-10
 
 def soft(kind: str, law: str, way: str) -> Simulation:
     """Elastic soil that is compressed by a tenth and more, so that its tangent changes."""
-    entries = pressed(kind, law, way).model.to_dict()
+    entries = pressed(kind, law, way).setup.model.to_dict()
     entries["materials"]["soil"] = {
         "model": "hencky_elastic", "young_modulus": 0.1 * YOUNG, "poisson_ratio": 0.3,
         "density": 1.0,

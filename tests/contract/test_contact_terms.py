@@ -134,7 +134,7 @@ def test_action_is_reaction(kind: str, law: str, way: str) -> None:
     simulation = pressed(kind, law, way)
     for step in range(3):
         result = simulation.advance(0.0625 * step, 0.0625 * (step + 1))
-        (body,) = simulation.rigid_bodies.values()
+        (body,) = simulation.state.rigid_bodies.values()
         force = result.resultant("body")
         if kind == "axisymmetric":  # radial forces have no resultant
             force, other = force[1:], body.force[1:]
@@ -144,7 +144,7 @@ def test_action_is_reaction(kind: str, law: str, way: str) -> None:
         assert size > 0.0
         np.testing.assert_allclose(force, -other, rtol=0, atol=1e-13 * size)
         if way == FREE:  # it balances what is declared
-            moving = simulation.bodies[0]
+            moving = simulation.state.bodies[0]
             left = np.concatenate([body.force, moving.moment]) + moving._declared_load(moving.time)
             turn = left_jacobian(moving._increments[moving.dim :])
             left[moving.dim :] = turn.T @ left[moving.dim :]
@@ -164,7 +164,7 @@ def test_forces_turn_with_soil_and_body(law: str, way: str) -> None:
     for step in range(2):
         for simulation in (one, other):
             simulation.advance(0.0625 * step, 0.0625 * (step + 1))
-        (body,), (turned,) = one.rigid_bodies.values(), other.rigid_bodies.values()
+        (body,), (turned,) = one.state.rigid_bodies.values(), other.state.rigid_bodies.values()
         size = np.abs(body.force).max()
         assert size > 0.0
         np.testing.assert_allclose(turned.force, turn @ body.force, rtol=0, atol=1e-6 * size)

@@ -233,7 +233,7 @@ def test_moving_corners_tile_the_block(kind: str) -> None:
     entries = block_entries(kind, "cpdi2")
     model = Model.from_dict(entries)
     points = initial_points(model)
-    laboratory = Laboratory(kind, points, Simulation(model, points).grid)
+    laboratory = Laboratory(kind, points, Simulation(model, points).state.grid)
     random = np.random.default_rng(2)
     start = by_number(points)
     for _ in range(4):
@@ -257,7 +257,7 @@ def test_a_folded_domain_stops_the_step(dim: int) -> None:
     entries["bodies"][0]["points_per_cell"] = 1
     model = Model.from_dict(entries)
     points = initial_points(model)
-    laboratory = Laboratory(kind, points, Simulation(model, points).grid)
+    laboratory = Laboratory(kind, points, Simulation(model, points).state.grid)
     before = points.corner.copy()
     u = np.zeros(laboratory.active.position.shape)
     u[0] = 0.9 / dim  # the Jacobian at this corner vanishes at 1 / dim
@@ -294,12 +294,12 @@ def test_restored_domains_go_on_as_they_were(kind: str, basis: str) -> None:
     whole = Simulation(model)
     whole.advance(0.0, 0.25)
     whole.advance(0.25, 0.5)
-    arrays = {name: np.array(array) for name, array in whole.arrays().items()}
+    arrays = {name: np.array(array) for name, array in whole.state.arrays().items()}
     resumed = Simulation.restored(model, arrays)
     for simulation in (whole, resumed):
         simulation.advance(0.5, 0.75)
-    assert_same_bits(whole.points, resumed.points)
-    edge = np.ptp(whole.points.corner, axis=1)
+    assert_same_bits(whole.state.points, resumed.state.points)
+    edge = np.ptp(whole.state.points.corner, axis=1)
     assert np.ptp(edge, axis=0).max() > 1e-4  # domains differ by now
 
 

@@ -103,7 +103,7 @@ def bar(damping: dict[str, float], cells: int = 10, steps: int = 80) -> Simulati
         }
     )  # fmt: skip
     simulation = Simulation(model)
-    points = simulation.points
+    points = simulation.state.points
     points.motion[:, 0, 0] = 1e-5 * np.sin(0.5 * np.pi * points.position[:, 0] / LENGTH)
     return simulation
 
@@ -124,15 +124,15 @@ def test_a_bar_has_its_damping_ratio(mass: float, stiffness: float) -> None:
     """Of the first mode: mass / (2 omega) + stiffness omega / 2, within 1 % at 80 steps."""
     damping = {"mass": 2.0 * mass * OMEGA, "stiffness": 2.0 * stiffness / OMEGA}
     simulation = bar(damping)
-    points, schedule = simulation.points, simulation.model.schedule
+    points, schedule = simulation.state.points, simulation.setup.model.schedule
     tip = points.point_id[[points.position[:, 0].argmax()]]
-    energies, moved = Energies.at_start(simulation), [0.0]
+    energies, moved = Energies.at_start(simulation.setup, simulation.state), [0.0]
     for number in range(schedule.steps or 0):
         times = schedule.regular_time(number), schedule.regular_time(number + 1)
         energies.add(simulation.advance(*times))
         moved.append(float(points.displacement[points.index_of(tip)[0], 0]))
     assert damping_ratio(np.array(moved)) == pytest.approx(mass + stiffness, rel=0.01)
-    lost = energies.value("numerical_dissipation", simulation, 0.0)
+    lost = energies.value("numerical_dissipation", simulation.setup, simulation.state, 0.0)
     assert abs(lost) < 0.01 * energies.start
     left = points.stored_energy() + points.kinetic_energy(points.mass)
     assert energies.damping == pytest.approx(energies.start - left, rel=0.01)

@@ -43,7 +43,7 @@ def sand(
     body["points"] = [4] * dim
     body["shape"] = {"type": "box", "lower": [shift] * dim, "upper": [2 + shift] * dim}
     simulation = Simulation(Model.from_dict(spaced(model, spacing)))
-    return simulation, locate(simulation.points, simulation.grid, Buffers())
+    return simulation, locate(simulation.state.points, simulation.state.grid, Buffers())
 
 
 def support(
@@ -194,7 +194,9 @@ def test_only_sand_without_cohesion_is_held() -> None:
 
     def weight(**entries: Any) -> Floats:
         simulation, _ = sand("plane_strain", **entries)
-        return unheld_weight(simulation.points, simulation.model, gravity, simulation.grid)
+        return unheld_weight(
+            simulation.state.points, simulation.setup.model, gravity, simulation.state.grid
+        )
 
     cell = 1.0
     full = 20.0

@@ -46,7 +46,7 @@ def laboratory_of(
     entries["bodies"][0] |= {"anti_locking": method, "points_per_cell": per_cell}
     model = Model.from_dict(entries)
     points = jittered_points(model, np.random.default_rng(seed), 0.4)
-    return Laboratory(kind, points, Simulation(model, points).grid)
+    return Laboratory(kind, points, Simulation(model, points).state.grid)
 
 
 def deform(laboratory: Laboratory, random: np.random.Generator, steps: int) -> None:
@@ -226,7 +226,7 @@ def test_uniform_stress_that_changes_is_that_of_the_standard_method(kind: str, b
         entries = block_entries(kind, basis, cells=4)
         entries["bodies"][0]["anti_locking"] = method
         simulation = Simulation(Model.from_dict(entries))
-        laboratories.append(Laboratory(kind, simulation.points, simulation.grid))
+        laboratories.append(Laboratory(kind, simulation.state.points, simulation.state.grid))
     for step in range(3):
         standard, f_bar = (
             laboratory.internal_force(laboratory.active.position * stretch)

@@ -244,7 +244,7 @@ def deformed(kind: str, basis: str, spacing: str) -> Laboratory:
     points = jittered_points(model, random, 0.4)
     if kind == "axisymmetric":
         points.position[:, 0] += 0.25
-    laboratory = Laboratory(kind, points, Simulation(model, points).grid)
+    laboratory = Laboratory(kind, points, Simulation(model, points).state.grid)
     for _ in range(2):
         laboratory.step(laboratory.random_displacement(random, 0.06))
     return laboratory

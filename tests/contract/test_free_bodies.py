@@ -32,7 +32,7 @@ def test_derivatives_with_inertia(kind: str, monkeypatch: pytest.MonkeyPatch) ->
     """Of nodal forces and of the body's equations of motion, by nodes and the body's motion."""
     simulation = fallen(entries_of(kind), 5)
     balance, term = next_contact(simulation, 0.025, 0.03, monkeypatch)
-    assert (np.abs(simulation.bodies[0].force) > 0.0).any()
+    assert (np.abs(simulation.state.bodies[0].force) > 0.0).any()
     assert branches_compared(balance, term) & {"stick", "slip"}
 
 
@@ -43,14 +43,14 @@ def test_a_restored_state_goes_on_with_the_same_bits(kind: str) -> None:
     for steps in (1, 4):
         one = fallen(entries_of(kind), steps)
         other = restored(one)
-        schedule = one.model.schedule
+        schedule = one.setup.model.schedule
         for number in (steps, steps + 1):
             times = schedule.regular_time(number), schedule.regular_time(number + 1)
             for each in (one, other):
                 each.advance(*times)
-        assert_same_bits(one.points, other.points)
-        for name, value in one.bodies[0].state().items():
-            np.testing.assert_array_equal(other.bodies[0].state()[name], value, err_msg=name)
+        assert_same_bits(one.state.points, other.state.points)
+        for name, value in one.state.bodies[0].state().items():
+            np.testing.assert_array_equal(other.state.bodies[0].state()[name], value, err_msg=name)
 
 
 @pytest.mark.slow
@@ -82,9 +82,9 @@ def test_same_bits_for_any_number_of_threads(kind: str) -> None:
         _core.set_threads(threads)
         states.append(fallen(entries, 5))
     for each in states[1:]:
-        assert_same_bits(each.points, states[0].points)
-        for name, value in states[0].bodies[0].state().items():
-            np.testing.assert_array_equal(each.bodies[0].state()[name], value, err_msg=name)
+        assert_same_bits(each.state.points, states[0].state.points)
+        for name, value in states[0].state.bodies[0].state().items():
+            np.testing.assert_array_equal(each.state.bodies[0].state()[name], value, err_msg=name)
 
 
 @pytest.mark.slow
@@ -93,10 +93,10 @@ def test_results_do_not_depend_on_the_units(kind: str) -> None:
     """Powers of 2, for the soil ends on the grid's lines."""
     one = fallen(entries_of(kind), 6)
     other = fallen(entries_of(kind, length=1024.0, time=64.0), 6)
-    body, scaled = one.bodies[0], other.bodies[0]
+    body, scaled = one.state.bodies[0], other.state.bodies[0]
     np.testing.assert_allclose(scaled.displacement / 1024.0, body.displacement, atol=1e-7)
-    moved = one.points.displacement[one.points.in_order]
-    again = other.points.displacement[other.points.in_order]
+    moved = one.state.points.displacement[one.state.points.in_order]
+    again = other.state.points.displacement[other.state.points.in_order]
     np.testing.assert_allclose(again / 1024.0, moved, atol=1e-6)
 
 
@@ -104,14 +104,14 @@ def test_results_do_not_depend_on_the_units(kind: str) -> None:
 def test_free_fall_is_exact(kind: str) -> None:
     """Before it meets the soil, with any steps."""
     simulation = fallen(entries_of(kind, gap=0.5, end=0.05, steps=5))
-    body = simulation.bodies[0]
+    body = simulation.state.bodies[0]
     assert body.displacement[-1] == pytest.approx(-0.05 - 0.5 * GRAVITY * 0.05**2, rel=1e-9)
     assert not body.force.any()
 
 
 def test_a_body_is_at_rest_after_a_step_of_equilibrium() -> None:
     """As in a stage without inertia after one with it; a search at one time changes nothing."""
-    body = fallen(falling("plane_strain", gap=0.5), 2).bodies[0]
+    body = fallen(falling("plane_strain", gap=0.5), 2).state.bodies[0]
     none = np.zeros(0)
     assert body.inertia is not None
     moving = body.inertia.motion.velocity.copy()
@@ -143,8 +143,11 @@ def test_a_weight_that_is_dropped_on_clay_comes_to_rest(kind: str) -> None:
     entries["loads"][0]["factor"] = [[0.0, 1.0], [0.5, 1.0]]
     simulation = Simulation(Model.from_dict(entries))
     simulation.check()
-    schedule, body = simulation.model.schedule, simulation.bodies[0]
-    mass, energies = body.declared.mass or 0.0, Energies.at_start(simulation)
+    schedule, body = simulation.setup.model.schedule, simulation.state.bodies[0]
+    mass, energies = (
+        body.declared.mass or 0.0,
+        Energies.at_start(simulation.setup, simulation.state),
+    )
     start, impacts, force = body.inertia.energy(), 0.0, []
     for number in range(schedule.number_of_steps):
         times = schedule.regular_time(number), schedule.regular_time(number + 1)
@@ -158,7 +161,9 @@ def test_a_weight_that_is_dropped_on_clay_comes_to_rest(kind: str) -> None:
     assert -0.5 * RADIUS < body.displacement[-1] < -0.02
     spent = start - body.inertia.energy() - mass * GRAVITY * body.displacement[-1]
     assert energies.work + impacts == pytest.approx(spent, rel=0.1)
-    lost = energies.value("numerical_dissipation", simulation, schedule.end) - stated(energies)
+    lost = energies.value(
+        "numerical_dissipation", simulation.setup, simulation.state, schedule.end
+    ) - stated(energies)
     assert -0.02 * energies.work < lost < 0.1 * energies.work
 
 
@@ -177,7 +182,7 @@ def test_a_light_body_floats_in_weak_clay(density: float, share: float) -> None:
     )  # fmt: skip
     entries["analysis"]["inertia"]["damping"] = {"mass": 5.0}
     simulation = fallen(entries)
-    depth = -simulation.bodies[0].displacement[-1]
+    depth = -simulation.state.bodies[0].displacement[-1]
     weight = GRAVITY * density * VOLUME["plane_strain"]
     carried = weight - GRAVITY * 1600.0 * segment(depth + rise(simulation))
     assert abs(carried) < (2.0 + np.pi) * strength * 2.0 * RADIUS
@@ -186,7 +191,7 @@ def test_a_light_body_floats_in_weak_clay(density: float, share: float) -> None:
 
 def rise(simulation: Simulation) -> float:
     """By how much the surface of the soil beside the body has risen."""
-    points = simulation.points
+    points = simulation.state.points
     top = points.position[:, 1] - points.displacement[:, 1] > -0.05
     beside = top & (np.abs(points.position[:, 0]) > 0.5)
     return float(points.displacement[beside, 1].mean())
@@ -204,7 +209,11 @@ def test_an_impact_on_elastic_soil_gains_no_energy(rho: float) -> None:
     entries = falling("plane_strain", strength=None, young=1e7, rho=rho, end=0.05, steps=20)
     simulation = Simulation(Model.from_dict(entries))
     simulation.check()
-    schedule, body, points = simulation.model.schedule, simulation.bodies[0], simulation.points
+    schedule, body, points = (
+        simulation.setup.model.schedule,
+        simulation.state.bodies[0],
+        simulation.state.points,
+    )
     mass = body.declared.mass or 0.0
     totals = []
     for number in range(schedule.number_of_steps):
@@ -228,8 +237,11 @@ def test_the_soil_gets_the_energy_that_the_body_loses(strength: float | None) ->
     entries = falling("plane_strain", strength=strength, end=0.05) | {"loads": []}
     simulation = Simulation(Model.from_dict(entries))
     simulation.check()
-    schedule, body = simulation.model.schedule, simulation.bodies[0]
-    mass, energies = body.declared.mass or 0.0, Energies.at_start(simulation)
+    schedule, body = simulation.setup.model.schedule, simulation.state.bodies[0]
+    mass, energies = (
+        body.declared.mass or 0.0,
+        Energies.at_start(simulation.setup, simulation.state),
+    )
     assert body.inertia is not None
     start, impacts = body.inertia.energy(), 0.0
     for number in range(schedule.number_of_steps):
@@ -238,5 +250,5 @@ def test_the_soil_gets_the_energy_that_the_body_loses(strength: float | None) ->
         impacts += (schedule.first_step * body.force[1]) ** 2 / (2.0 * mass)
     lost = start - body.inertia.energy()
     assert energies.work - energies.gaps + impacts == pytest.approx(lost, rel=0.05)
-    numerical = energies.value("numerical_dissipation", simulation, 0.05)
+    numerical = energies.value("numerical_dissipation", simulation.setup, simulation.state, 0.05)
     assert abs(numerical - stated(energies)) < 0.01 * energies.work

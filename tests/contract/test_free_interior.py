@@ -52,7 +52,7 @@ def error_with_free_nodes(kind: str, basis: str, shape: dict[str, Any] | None = 
     def after_step(simulation: object, result: StepResult, time: float) -> None:
         free.append(int((~outer_nodes(result.active)).sum()))
 
-    points = march(model, after_step).points
+    points = march(model, after_step).state.points
     assert min(free) >= 1
     exact = hencky_cauchy_stress(full_deformation_gradient(end, kind), model.materials["soil"])
     return stress_error(points, exact)

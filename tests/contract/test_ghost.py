@@ -65,7 +65,7 @@ def stiffness(simulation: Simulation, active: ActiveGrid, gamma: float) -> np.nd
     active, blocks = balance.active, blocks_of(balance)
     size = active.nodes * active.grid.dim
     matrix = sp.bsr_matrix((blocks, active.column, active.row_start), shape=(size, size)).toarray()
-    return 0.5 * (matrix + matrix.T) / simulation.points.ranges[0].parameters[0]
+    return 0.5 * (matrix + matrix.T) / simulation.state.points.ranges[0].parameters[0]
 
 
 @every_kind
@@ -79,7 +79,7 @@ def test_linear_motions_are_free_of_force(kind: str, basis: str, spacing: str) -
         return balance.forces(u).residual
 
     scale = np.abs(blocks_of(balance)).max()
-    assert scale > 1e-4 * simulation.points.ranges[0].parameters[0]
+    assert scale > 1e-4 * simulation.state.points.ranges[0].parameters[0]
     dim = active.grid.dim
     random = np.random.default_rng(3)
     motion = random.normal(size=dim) + active.position @ random.normal(size=(dim, dim))
@@ -142,7 +142,9 @@ def test_energy_is_that_of_the_jumps(kind: str, spacing: str) -> None:
     simulation, active = block(kind, "gimp", 0.3, spacing=spacing)
     soil, random = simulation.soil_on(active), np.random.default_rng(2)
     if spacing == "uniform" and kind != "axisymmetric":
-        simulation.points.elastic_share[:] = random.uniform(0.1, 1.0, len(simulation.points))
+        simulation.state.points.elastic_share[:] = random.uniform(
+            0.1, 1.0, len(simulation.state.points)
+        )
     balance = Balance(active, [ghost(simulation, active)])
     u = random.normal(size=(active.nodes, active.grid.dim))
     _, fill, modulus = filled_cells(soil)
@@ -187,7 +189,7 @@ def test_energy_of_the_mass_of_faces_is_that_of_the_jumps(
     Soil that has come to a larger volume has no less of it.
     """
     simulation, active = block(kind, basis, 0.3, spacing=spacing)
-    points = simulation.points
+    points = simulation.state.points
     stretch = np.random.default_rng(4).uniform(0.9, 1.1, len(points))
     points.deformation_gradient[:, 0, 0] = stretch
     np.testing.assert_allclose(points.volume, stretch * points.initial_volume, rtol=1e-14)
@@ -212,7 +214,7 @@ def test_nodes_behind_a_boundary_follow_those_in_front(kind: str, spacing: str, 
     """
     depth = 0.4
     simulation, active = block(kind, "gimp", 0.3, spacing=spacing)
-    soil, young = simulation.soil_on(active), simulation.points.ranges[0].parameters[0]
+    soil, young = simulation.soil_on(active), simulation.state.points.ranges[0].parameters[0]
     u = np.random.default_rng(2).normal(size=(active.nodes, active.grid.dim))
     last = active.lattice[:, 0].max()
     line = np.ones(active.nodes, dtype=bool)
@@ -277,8 +279,8 @@ def test_conditions_of_equally_filled_cells_count_on_both_sides() -> None:
     The uppermost cells of the row are filled alike, but for round-off.
     """
     simulation, active = block("plane_strain", "cpdi1", 0.0)
-    simulation.points.position[:, 1] -= 0.3
-    active = locate(simulation.points, simulation.grid, Buffers())
+    simulation.state.points.position[:, 1] -= 0.3
+    active = locate(simulation.state.points, simulation.state.grid, Buffers())
     soil, x = simulation.soil_on(active), active.position[:, 0]
     image = np.array([
         np.flatnonzero(np.all(np.isclose(active.position, [2.0 - at[0], at[1]]), axis=1))[0]
@@ -306,7 +308,7 @@ def test_conditions_of_equally_filled_cells_count_on_both_sides() -> None:
 def test_full_cells_of_a_graded_grid_have_none(kind: str, basis: str) -> None:
     entries = spaced(block_entries(kind, basis, cells=3), "graded")
     simulation = Simulation(Model.from_dict(entries))
-    active = locate(simulation.points, simulation.grid, Buffers())
+    active = locate(simulation.state.points, simulation.state.grid, Buffers())
     _, fill, _ = filled_cells(simulation.soil_on(active))
     np.testing.assert_allclose(fill, 1.0, rtol=1e-12)
     assert not blocks_of(Balance(active, [ghost(simulation, active)])).any()
@@ -318,7 +320,7 @@ def test_full_cells_have_none(kind: str, basis: str) -> None:
     simulation, active = block(kind, basis, 0.0)
     _, fill, modulus = filled_cells(simulation.soil_on(active))
     np.testing.assert_allclose(fill, 1.0, rtol=1e-12)
-    np.testing.assert_allclose(modulus, simulation.points.ranges[0].parameters[0], rtol=1e-12)
+    np.testing.assert_allclose(modulus, simulation.state.points.ranges[0].parameters[0], rtol=1e-12)
     assert not blocks_of(Balance(active, [ghost(simulation, active)])).any()
 
 
@@ -333,7 +335,7 @@ def test_cells_hold_the_volume_of_the_points(kind: str, basis: str, spacing: str
     if kind == "axisymmetric":
         size = size * 2.0 * np.pi * active.grid.position(cell + 0.5)[:, 0]
     total = (fill * size).sum()
-    assert total == pytest.approx(simulation.points.initial_volume.sum(), rel=1e-12)
+    assert total == pytest.approx(simulation.state.points.initial_volume.sum(), rel=1e-12)
 
 
 @pytest.mark.slow
@@ -380,7 +382,7 @@ def test_yielding_soil_is_tied_less(kind: str, basis: str) -> None:
 
     def penalty(share: float) -> np.ndarray:
         simulation, active = block(kind, basis, 0.3)
-        simulation.points.elastic_share[:] = share
+        simulation.state.points.elastic_share[:] = share
         return blocks_of(Balance(active, [ghost(simulation, active)]))
 
     elastic = penalty(1.0)
@@ -393,7 +395,7 @@ def test_yielding_soil_is_tied_less(kind: str, basis: str) -> None:
 def test_softest_points_of_a_cell_count(kind: str) -> None:
     """Each cell has the volume-weighted harmonic mean of its points' moduli."""
     simulation, active = block(kind, "linear", 0.3)
-    points = simulation.points
+    points = simulation.state.points
     points.elastic_share[:] = np.random.default_rng(5).uniform(0.0, 1.0, len(points))
     key, _, modulus = filled_cells(simulation.soil_on(active))
     cell = np.floor(points.position).astype(np.int64)

@@ -88,7 +88,7 @@ def test_the_stored_force_falls_as_soil_softens(kind: str) -> None:
     free = np.zeros((active.nodes, active.grid.dim), dtype=bool)
 
     def force(ghost: Ghost, share: float) -> np.ndarray:
-        simulation.points.elastic_share[:] = share
+        simulation.state.points.elastic_share[:] = share
         term = LinearForces(ghost.couplings(simulation.soil_on(active), free))
         return Balance(active, [term]).forces(np.zeros(free.shape)).residual
 
@@ -121,7 +121,7 @@ def test_elastic_share_of_a_strain() -> None:
     shares = []
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
-        shares.append(simulation.points.elastic_share.copy())
+        shares.append(simulation.state.points.elastic_share.copy())
 
     march(Model.from_dict(entries), after_step)
     kept = np.exp(-shear / steps / np.sqrt(2.0) / FORGOTTEN_STRAIN)
@@ -134,7 +134,7 @@ def test_elastic_share_of_a_strain() -> None:
 
 def test_soil_with_friction_remembers_its_elastic_share_longer() -> None:
     """Soil at rest yields by friction in one step of next to no strain and not in the next one."""
-    range_ = block("plane_strain", "linear", 0.0)[0].points.ranges[0]
+    range_ = block("plane_strain", "linear", 0.0)[0].state.points.ranges[0]
     for name, law in laws().items():
         frictional = name.endswith(("mohr_coulomb", "drucker_prager"))
         expected = 300.0 * FORGOTTEN_STRAIN if frictional else FORGOTTEN_STRAIN

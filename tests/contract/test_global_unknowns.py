@@ -285,7 +285,7 @@ def test_border_is_the_derivative_of_the_forces(kind: str) -> None:
 def test_terms_have_each_their_own_unknowns() -> None:
     """Two plates, a third and two thirds of the springs and of the force, settle as one does."""
     simulation = column("plane_strain")
-    active = locate(simulation.points, simulation.grid, Buffers())
+    active = locate(simulation.state.points, simulation.state.grid, Buffers())
     plates = [Plate(active, share * MODULUS, HARDENING, share * FORCE) for share in (1 / 3, 2 / 3)]
     balance = Balance(active, [plates[0], SoilForces(simulation.soil_on(active)), plates[1]])
     found = equilibrium(simulation, balance, solver_of("multigrid", 2)).global_unknowns

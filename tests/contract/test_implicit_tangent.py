@@ -105,7 +105,7 @@ def held_block(
 def carry_something(simulation: Simulation, random: np.random.Generator) -> None:
     """As after earlier steps: tractions at all quadrature points."""
     locate_contacts(simulation)
-    for boundary in simulation.implicit:
+    for boundary in simulation.state.implicit:
         boundary.carried = 10.0 * random.uniform(-1, 1, boundary.carried.shape)
 
 
@@ -297,7 +297,7 @@ def test_newton_converges_quadratically(
     )
     residuals = np.array(simulation.advance(0.0, 1.0).equilibrium.residuals)
     if yields(material):
-        assert (simulation.points.plastic[:, 0] > 1e-3).mean() > 0.2
+        assert (simulation.state.points.plastic[:, 0] > 1e-3).mean() > 0.2
     tail = residuals[residuals < 0.1]
     clean = tail[tail > 1e-11]  # below that stands round-off
     assert len(clean) >= 2

@@ -62,8 +62,8 @@ ROOMS_OF_BOUNDARIES = [
 ]
 """The same within `boundaries`."""
 
-LARGEST_LOOP = 8
-"""Modules that import each other, annotations counted: those that take a whole `Simulation`."""
+LARGEST_LOOP = 3
+"""Modules that import each other, annotations counted, at most."""
 
 
 def levels(rooms: list[str]) -> dict[str, int]:

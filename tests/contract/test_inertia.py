@@ -87,8 +87,8 @@ def block(
 def run(simulation: Simulation) -> Energies:
     """Takes all steps."""
     simulation.check()
-    energies = Energies.at_start(simulation)
-    schedule = simulation.model.schedule
+    energies = Energies.at_start(simulation.setup, simulation.state)
+    schedule = simulation.setup.model.schedule
     for number in range(schedule.steps or 0):
         times = schedule.regular_time(number), schedule.regular_time(number + 1)
         energies.add(simulation.advance(*times))
@@ -129,7 +129,7 @@ def test_free_fall_is_exact(kind: str, basis: str, inertia: dict[str, Any], spac
     """The parabola is in the space of the method: displacement, velocity and no stress."""
     simulation = block(kind, basis, inertia, turns=False, spacing=spacing)
     run(simulation)
-    points, end = simulation.points, 0.2
+    points, end = simulation.state.points, 0.2
     first = np.zeros(points.position.shape[1])
     first[1] = 0.7
     first[0] = 0.0 if kind == "axisymmetric" else 0.3
@@ -150,7 +150,7 @@ def test_momentum_is_kept(kind: str, basis: str, spacing: str) -> None:
     """That of a turning, vibrating block in free fall, whatever lies on the grid's lines."""
     simulation = block(kind, basis, ALPHA, spacing=spacing)
     run(simulation)
-    points = simulation.points
+    points = simulation.state.points
     first = np.array([0.3, 0.7, 0.0][: points.position.shape[1]])
     first[-1] -= GRAVITY * 0.2
     momentum = points.mass @ points.motion[:, 0]
@@ -162,7 +162,7 @@ def test_momentum_is_kept(kind: str, basis: str, spacing: str) -> None:
 def test_pic_loses_only_what_the_grid_does_not_represent(kind: str, basis: str) -> None:
     """Of random velocities, in a step of almost no size: the momenta stay."""
     simulation = block(kind, basis, PIC, turns=False)
-    points = simulation.points
+    points = simulation.state.points
     x, mass, number = points.position.copy(), points.mass.copy(), points.point_id.copy()
     before = np.random.default_rng(8).normal(size=x.shape)
     points.motion[:, 0] = before
@@ -181,12 +181,14 @@ def test_results_do_not_depend_on_the_units(kind: str) -> None:
     one, other = block(kind), block(kind, length=1000.0, time=60.0)
     for each in (one, other):
         run(each)
-    order, again = one.points.in_order, other.points.in_order
+    order, again = one.state.points.in_order, other.state.points.in_order
     np.testing.assert_allclose(
-        other.points.displacement[again] / 1000.0, one.points.displacement[order], atol=1e-11
+        other.state.points.displacement[again] / 1000.0,
+        one.state.points.displacement[order],
+        atol=1e-11,
     )
-    velocity = other.points.motion[again, 0] * 60.0 / 1000.0
-    np.testing.assert_allclose(velocity, one.points.motion[order, 0], atol=1e-8)
+    velocity = other.state.points.motion[again, 0] * 60.0 / 1000.0
+    np.testing.assert_allclose(velocity, one.state.points.motion[order, 0], atol=1e-8)
 
 
 def bar(cells: int, steps: int, inertia: dict[str, Any] = NEWMARK) -> tuple[float, Energies, Any]:
@@ -230,10 +232,10 @@ def bar(cells: int, steps: int, inertia: dict[str, Any] = NEWMARK) -> tuple[floa
             }
         )
     )
-    points = simulation.points
+    points = simulation.state.points
     points.motion[:, 0, 0] = 1e-5 * np.sin(0.5 * np.pi * points.position[:, 0])
     tip = points.point_id[[points.position[:, 0].argmax()]]
-    energies = Energies.at_start(simulation)
+    energies = Energies.at_start(simulation.setup, simulation.state)
     times, moved = [0.0], [0.0]
     for number in range(2 * steps):
         times.append(2.0 * period * (number + 1) / (2 * steps))
@@ -252,7 +254,10 @@ def test_a_bar_has_its_period_and_keeps_its_energy() -> None:
     """0.2 % with 40 cells and 80 steps; the method's own error is (omega h)^2 / 12 and so on."""
     period, energies, simulation = bar(40, 80)
     assert period == pytest.approx(1.0, abs=2e-3)
-    assert abs(energies.value("numerical_dissipation", simulation, 0.0)) < 1e-7 * energies.start
+    assert (
+        abs(energies.value("numerical_dissipation", simulation.setup, simulation.state, 0.0))
+        < 1e-7 * energies.start
+    )
 
 
 def test_the_period_is_of_second_order() -> None:
@@ -277,7 +282,7 @@ def test_the_local_error_is_that_of_a_constant_jerk(
     simulation.advance(0.0, 1e-3)
     dim = dimension(kind)
     v, a, jerk = np.array([[2.0, -0.3, 1.1], [-40.0, 15.0, 3.0], [7e3, -2e4, 3e3]])[:, :dim]
-    simulation.points.motion[:] = v, a, a
+    simulation.state.points.motion[:] = v, a, a
     beta = 0.25 if radius is None else (1.0 + radius) ** -2
 
     def step(h: float) -> tuple[Floats, float]:
@@ -293,7 +298,7 @@ def test_the_local_error_is_that_of_a_constant_jerk(
         np.testing.assert_allclose(error, np.tile(moved - taylor, (len(error), 1)), rtol=1e-6)
         still = balance.motion.guess() - (h * v + h**2 / 2.0 * a)
         np.testing.assert_allclose(still, 0.0, atol=1e-8 * h * np.abs(v).max())
-        dynamics, sizes = simulation.declared_dynamics, np.full_like(error, cell)
+        dynamics, sizes = simulation.state.declared_dynamics, np.full_like(error, cell)
         assert dynamics is not None
         return error, dynamics.possible_size(balance, u, np.zeros_like(error), sizes)[0]
 
@@ -355,9 +360,9 @@ def test_a_grain_alone_flies_without_deforming(kind: str, basis: str) -> None:
     )
     simulation.check()
     for step in range(steps):
-        schedule = simulation.model.schedule
+        schedule = simulation.setup.model.schedule
         simulation.advance(schedule.regular_time(step), schedule.regular_time(step + 1))
-    gradient = simulation.points.deformation_gradient[0]
+    gradient = simulation.state.points.deformation_gradient[0]
     assert gradient == pytest.approx(np.eye(3), abs=1e-13)
     velocity = [7.0] + [0.0] * (dim - 2) + [-0.2 * GRAVITY]
-    assert simulation.points.motion[0, 0] == pytest.approx(velocity, abs=1e-9)
+    assert simulation.state.points.motion[0, 0] == pytest.approx(velocity, abs=1e-9)

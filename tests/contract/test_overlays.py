@@ -89,9 +89,9 @@ def alone(entries: dict[str, Any], name: str) -> dict[str, Any]:
 
 def of_body(simulation: Simulation, name: str) -> list[Floats]:
     """Displacement, stress and domains of a body's points, in the order of their numbers."""
-    own = simulation.points.of_body(name)
-    order = np.argsort(simulation.points.point_id[own])
-    points = simulation.points
+    own = simulation.state.points.of_body(name)
+    order = np.argsort(simulation.state.points.point_id[own])
+    points = simulation.state.points
     return [a[own][order] for a in (points.displacement, points.stress, points.half_length)]
 
 
@@ -190,8 +190,8 @@ def test_loads_on_tracked_surfaces(kind: str) -> None:
         entries["loads"].append({"type": "point_force", "body": name, "at": at, "force": force})
     both, *single = assert_as_alone(entries)
     for name, other in zip(NAMES, single, strict=True):
-        moved = both.surfaces[name].shape().position
-        expected = other.surfaces[name].shape().position
+        moved = both.state.surfaces[name].shape().position
+        expected = other.state.surfaces[name].shape().position
         assert np.abs(moved - expected).max() < 1e-12 * np.abs(expected).max()
 
 
@@ -207,7 +207,7 @@ def test_multigrid(kind: str) -> None:
     found = Simulation(model)
     reasons: list[str] = []
     found.services.solver = linear_solver(
-        "multigrid", dimension(kind), len(found.points), reasons.append
+        "multigrid", dimension(kind), len(found.state.points), reasons.append
     )
     found.advance(0.0, 1.0)
     assert not reasons
@@ -225,11 +225,11 @@ def test_resumed_in_the_same_bits(kind: str) -> None:
     model = Model.from_dict(entries)
     whole = Simulation(model)
     whole.advance(0.0, 0.5)
-    again = Simulation.restored(model, copy.deepcopy(whole.arrays()))
+    again = Simulation.restored(model, copy.deepcopy(whole.state.arrays()))
     for simulation in (whole, again):
         simulation.advance(0.5, 1.0)
-    expected = whole.arrays()
-    for name, array in again.arrays().items():
+    expected = whole.state.arrays()
+    for name, array in again.state.arrays().items():
         assert array.tobytes() == expected[name].tobytes(), name
 
 
@@ -260,7 +260,7 @@ def test_stages(kind: str) -> None:
     entries["boundaries"] = [b for b in boundaries if b["name"] != "side" or kind != "axisymmetric"]
     entries["stages"] = stages
     both = march_stages(Model.from_dict(entries)).simulation
-    assert both.points.ranges[1].overlay == 1
+    assert both.state.points.ranges[1].overlay == 1
     for name in NAMES:
         single = alone(entries, name)
         single["stages"] = copy.deepcopy(stages)
@@ -281,11 +281,11 @@ def test_nodes_of_the_overlays() -> None:
         active = simulation.locate(0.0)
         singles = [
             locate(
-                simulation.points.part(body),
-                Grid(simulation.grid.origin, simulation.grid.cell_size),
+                simulation.state.points.part(body),
+                Grid(simulation.state.grid.origin, simulation.state.grid.cell_size),
                 Buffers(),
             )
-            for body in simulation.points.ranges[:1]
+            for body in simulation.state.points.ranges[:1]
         ]
         assert active.overlays == 2
         assert (np.diff(active.overlay) >= 0).all()

@@ -116,7 +116,7 @@ def test_first_step_from_aligned_points(
     exact = active.position @ (gradient - np.eye(len(gradient))).T
     np.testing.assert_allclose(result.equilibrium.displacement, exact, rtol=0, atol=1e-12)
     stress = hencky_stress(full(kind, gradient))
-    found = tensor(simulation.points.stress)
+    found = tensor(simulation.state.points.stress)
     scale = np.abs(stress).max()
     np.testing.assert_allclose(
         found, np.broadcast_to(stress, found.shape), rtol=0, atol=3e-12 * scale
@@ -150,7 +150,7 @@ def test_first_step_between_moving_planes(
     result = simulation.advance(0.0, 1.0)
     exact = result.active.position * (stretch - 1.0)
     np.testing.assert_allclose(result.equilibrium.displacement, exact, rtol=0, atol=1e-12)
-    stress = simulation.points.stress
+    stress = simulation.state.points.stress
     assert np.ptp(stress, axis=0).max() < 3e-12 * np.abs(stress).max()
     stretches = np.diag(full(kind, np.diag(stretch)))
     expected = principal_update(material, np.log(stretches))[0] / stretches.prod()
@@ -210,7 +210,7 @@ def test_affine_drive_over_many_steps(kind: str, basis: str, spacing: str, path:
         else:
             gradient = expm(factor * logm(end).real)
         whole = full(kind, gradient)
-        found = by_number(simulation.points)
+        found = by_number(simulation.state.points)
         assert np.abs(found["deformation_gradient"] - whole).max() < 1e-12
     np.testing.assert_allclose(found["position"], start @ gradient.T, rtol=0, atol=1e-12)
     np.testing.assert_allclose(
@@ -243,13 +243,13 @@ def test_affine_drive_keeps_points_of_a_body_alike(
     for k in range(20):
         simulation.advance(k / 20, (k + 1) / 20)
     for name in ("stress", "elastic_strain", "plastic", "deformation_gradient"):
-        values = getattr(simulation.points, name)
+        values = getattr(simulation.state.points, name)
         assert np.ptp(values, axis=0).max() < 1e-11 * max(1.0, np.abs(values).max())
     if material != "hencky_elastic":
-        assert simulation.points.plastic[0, 0] > 0.2
+        assert simulation.state.points.plastic[0, 0] > 0.2
     if material == "von_mises":
-        volume = np.exp(simulation.points.elastic_strain[:, :3].sum(axis=1))
-        whole = np.linalg.det(simulation.points.deformation_gradient)
+        volume = np.exp(simulation.state.points.elastic_strain[:, :3].sum(axis=1))
+        whole = np.linalg.det(simulation.state.points.deformation_gradient)
         np.testing.assert_allclose(volume, whole, rtol=1e-12)  # flow keeps the volume
 
 

@@ -79,7 +79,7 @@ def marched(model: Model, comm: Communicator, times: list[float]) -> list[Any]:
     for before, after in pairwise(times):
         result = simulation.advance(before, after)
         found.append({name: result.resultant(name) for name in result.forces})
-    points = simulation.distribution.whole(simulation.points)
+    points = simulation.state.distribution.whole(simulation.state.points)
     order = points.in_order
     return [found, points.position[order], points.stress[order], points.plastic[order]]
 

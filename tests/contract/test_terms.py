@@ -24,7 +24,7 @@ from tilth.terms.protocol import AssembledTerm, Role
 KINDS = ["plane_strain", "axisymmetric"]
 TERMS = ["soil", "boundaries", "ghost", "axis", "point loads", "surface loads", "water loads"]
 TERMS += ["weak springs"]
-"""In the order of `Simulation.terms`."""
+"""In the order of `terms_of`."""
 ABSENT = {"plane_strain": {"axis"}, "axisymmetric": set[str]()}
 
 
@@ -89,7 +89,7 @@ def bedded() -> Balance:
     for block in re.findall(r"^```python\n(.*?)^```$", page.read_text(), re.MULTILINE | re.DOTALL):
         exec(compile(block, str(page), "exec"), names)
     simulation = names["block"](-0.05)
-    active = locate(simulation.points, simulation.grid, Buffers())
+    active = locate(simulation.state.points, simulation.state.grid, Buffers())
     return Balance(active, [names["WinklerBed"](simulation.soil_on(active), 2e5, 0.0)])
 
 
@@ -260,9 +260,9 @@ def test_a_restored_term_has_the_same_force(
     if name in ABSENT[kind]:
         pytest.skip(f"no {name} in {kind}")
     simulation = loaded(kind)
-    stored = {key: array.copy() for key, array in simulation.arrays().items()}
-    restored = Simulation.restored(simulation.model, stored)
-    forgetful = Simulation(simulation.model, restored.points)
+    stored = {key: array.copy() for key, array in simulation.state.arrays().items()}
+    restored = Simulation.restored(simulation.setup.model, stored)
+    forgetful = Simulation(simulation.setup.model, restored.state.points)
     number = TERMS.index(name)
     balances = [next_balance(each, 0.25, 0.5, monkeypatch) for each in (simulation, restored)]
     u, _ = displacements(balances[0])

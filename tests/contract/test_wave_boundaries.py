@@ -98,7 +98,7 @@ def test_a_soil_that_moves_evenly_meets_the_impedance_times_its_velocity(kind: s
     if kind != "axisymmetric":
         velocity["x"] = 0.01
     simulation = ground(kind, [side(kind)], initial={"velocity": [velocity]})
-    simulation.dynamics.begun = True  # type: ignore[union-attr]
+    simulation.state.dynamics.begun = True  # type: ignore[union-attr]
     result = simulation.advance(0.0, 1e-9)
     area = {"plane_strain": 1.0, "axisymmetric": 2.0 * np.pi * 1.5, "3d": 1.0}[kind]
     shear = YOUNG / (2.0 * (1.0 + POISSON))
@@ -115,7 +115,7 @@ def test_the_ground_beyond_may_be_another_one() -> None:
     velocity = {"body": "soil", "x": 0.01, "y": 0.02}
     boundary = side("plane_strain", ground=other)
     simulation = ground("plane_strain", [boundary], initial={"velocity": [velocity]})
-    simulation.dynamics.begun = True  # type: ignore[union-attr]
+    simulation.state.dynamics.begun = True  # type: ignore[union-attr]
     result = simulation.advance(0.0, 1e-9)
     expected = [-2500.0 * 900.0 * 0.01, -2500.0 * 400.0 * 0.02]
     np.testing.assert_allclose(result.resultant("side"), expected, rtol=1e-4, atol=1e-9)
@@ -139,7 +139,7 @@ def test_soil_moves_with_its_base_without_strain(inertia: dict[str, Any], tmp_pa
     times = [0.0, 0.004, 0.01, 0.02, 0.023, 0.035, 0.04, 0.05]
     for before, after in pairwise(times):
         simulation.advance(before, after)
-    points = simulation.points
+    points = simulation.state.points
     np.testing.assert_allclose(
         points.motion[:, 1], np.tile([1.0, 0.5], (len(points), 1)), rtol=1e-6
     )
@@ -152,11 +152,11 @@ def test_energy_that_leaves_is_that_which_is_missing(turned: bool) -> None:
     velocity = {"body": "soil", "x": 0.01, "angular_velocity": 0.02, "centre": [0.7, 0.5]}
     initial = {"velocity": [velocity]}
     simulation = ground("plane_strain", [side("plane_strain", turned)], initial=initial)
-    energies = Energies.at_start(simulation)
+    energies = Energies.at_start(simulation.setup, simulation.state)
     for number in range(10):
         energies.add(simulation.advance(0.001 * number, 0.001 * (number + 1)))
     assert energies.radiated > 0.2 * energies.start
-    lost = energies.value("numerical_dissipation", simulation, 0.01)
+    lost = energies.value("numerical_dissipation", simulation.setup, simulation.state, 0.01)
     assert abs(lost) < 0.02 * energies.start
 
 
@@ -222,7 +222,7 @@ def test_absorbing_boundaries_keep_the_soil_at_rest_on_another_grid(base: str) -
     analysis.check()
     settled = []
     for _ in analysis.steps():
-        points = analysis.simulation.points
+        points = analysis.simulation.state.points
         settled.append(points.displacement[points.in_order])
         if analysis.number == 2:
             break
@@ -238,18 +238,18 @@ def test_absorbing_boundaries_keep_the_soil_at_rest(kind: str, base: str) -> Non
     analysis.check()
     settled, before = np.zeros(0), {}
     for _, result in analysis.steps():
-        points = analysis.simulation.points
+        points = analysis.simulation.state.points
         if analysis.number == 0:
             settled = points.displacement[points.in_order].copy()
             before = {
                 name.removesuffix(" roller"): result.resultant(name) for name in result.forces
             }
             assert not points.motion.any()
-    for each in analysis.simulation.waves.absorbing:
+    for each in analysis.simulation.state.waves.absorbing:
         force, k = result.resultant(each.name), int(np.abs(before[each.name]).argmax())
         if k == len(force) - 1 or kind != "axisymmetric":  # radial forces balance nodes at the axis
             assert force[k] == pytest.approx(before[each.name][k], rel=1e-2, abs=1.0)
-    points = analysis.simulation.points
+    points = analysis.simulation.state.points
     moved = points.displacement[points.in_order] - settled
     assert np.abs(moved).max() < 1e-3 * np.abs(settled).max()
     assert analysis.simulation.services.warnings.texts == []
@@ -264,7 +264,7 @@ def test_the_forces_at_rest_are_taken_over_once() -> None:
     weight = DENSITY * 9.81 * 1.5
     assert abs(result.resultant("bottom")[1]) == pytest.approx(weight, rel=1e-3)
     fall = 9.81 * 0.01  # velocity that it would have after this stage without what holds it
-    assert np.abs(analysis.simulation.points.motion[:, 0]).max() < 1e-3 * fall
+    assert np.abs(analysis.simulation.state.points.motion[:, 0]).max() < 1e-3 * fall
 
 
 def test_a_record_is_integrated_exactly() -> None:
@@ -308,6 +308,8 @@ def test_a_stage_that_changes_nothing_changes_no_motion() -> None:
         analysis.check()
         for _ in analysis.steps():
             pass
-    order, other = one.simulation.points.in_order, two.simulation.points.in_order
-    velocity = one.simulation.points.motion[order, 0]
-    np.testing.assert_allclose(two.simulation.points.motion[other, 0], velocity, rtol=0, atol=5e-5)
+    order, other = one.simulation.state.points.in_order, two.simulation.state.points.in_order
+    velocity = one.simulation.state.points.motion[order, 0]
+    np.testing.assert_allclose(
+        two.simulation.state.points.motion[other, 0], velocity, rtol=0, atol=5e-5
+    )

@@ -192,9 +192,9 @@ def valid_calls() -> dict[str, list[Call]]:
             active = simulation.advance(0.0, 0.3).active
             simulation.advance(0.3, 0.6)
             active.stencils[0].basis()
-            simulation.points.stored_energy()
-            _ = simulation.points.elastic_strain
-            simulation.points.elastic_strain = simulation.points.elastic_strain
+            simulation.state.points.stored_energy()
+            _ = simulation.state.points.elastic_strain
+            simulation.state.points.elastic_strain = simulation.state.points.elastic_strain
     calls = {name: list(kept) for name, kept in recorder.calls.items() if kept}
     for call in [*direct_calls(), *dense_calls(calls["add_scaled_blocks"])]:
         calls.setdefault(call.name, []).append(call)

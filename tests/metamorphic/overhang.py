@@ -20,7 +20,7 @@ def overhang(simulation: Simulation) -> float:
 
     At the corners of the points' domains, with linear functions at the points.
     """
-    grid = simulation.grid
+    grid = simulation.state.grid
     cells = grid.in_cells(_places(simulation))
     low = np.floor(cells)
     share = cells - low
@@ -36,12 +36,12 @@ def overhang(simulation: Simulation) -> float:
 
 
 def _places(simulation: Simulation) -> Floats:
-    points, dim, found = simulation.points, simulation.grid.dim, []
+    points, dim, found = simulation.state.points, simulation.state.grid.dim, []
     signs = corner_signs(dim)
     for range_ in points.ranges:
         own = slice(range_.start, range_.stop)
         position = points.position[own, None, :]
-        if simulation.model.bodies[0].basis == "linear":
+        if simulation.setup.model.bodies[0].basis == "linear":
             found.append(position)
         elif range_.has_corners:
             found.append(position + points.corner[own])
@@ -52,6 +52,6 @@ def _places(simulation: Simulation) -> Floats:
 
 def on_lines(simulation: Simulation) -> bool:
     """Whether the places of points with linear functions are on lines of the grid."""
-    cells = simulation.grid.in_cells(simulation.points.position)
-    linear = simulation.model.bodies[0].basis == "linear"
+    cells = simulation.state.grid.in_cells(simulation.state.points.position)
+    linear = simulation.setup.model.bodies[0].basis == "linear"
     return linear and bool((np.abs(cells - np.round(cells)) < ROUND_OFF).any())

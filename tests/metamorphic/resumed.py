@@ -24,7 +24,7 @@ def _resumed_run(model: Model, step: int) -> Run:
     listener = Listener(run)
     analysis = StagedAnalysis(model)
     analysis.check()
-    if has_initial_equilibrium(analysis.simulation.model):
+    if has_initial_equilibrium(analysis.simulation.setup.model):
         find_initial_equilibrium(analysis.simulation)
     listener.at_start(analysis)
     try:
@@ -32,7 +32,7 @@ def _resumed_run(model: Model, step: int) -> Run:
             listener.after_step(analysis, result)
             if count == step:
                 break
-        arrays = copy.deepcopy(analysis.simulation.arrays())
+        arrays = copy.deepcopy(analysis.simulation.state.arrays())
         clock = analysis.clock
         position = {
             "step": clock.step, "time": clock.time, "size": clock.size,

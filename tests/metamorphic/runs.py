@@ -130,9 +130,9 @@ class Listener:
         order = np.argsort(points.point_id)
         run.initial = points.position[order] - points.displacement[order]
         run.body = [analysis.model.bodies[k].name for k in points.body_id[order]]
-        run.cell = float(np.min(analysis.simulation.grid.cell_size))
+        run.cell = float(np.min(analysis.simulation.state.grid.cell_size))
         run.on_lines = on_lines(analysis.simulation)
-        self._energies = Energies.at_start(analysis.simulation)
+        self._energies = Energies.at_start(analysis.simulation.setup, analysis.simulation.state)
 
     def after_step(self, analysis: StagedAnalysis, result: StepResult) -> None:
         """Keeps the state after a step."""
@@ -159,7 +159,7 @@ def run_in_memory(entries: Tree) -> Run:
 def _moment(
     analysis: StagedAnalysis, simulation: Simulation, result: StepResult, energies: Energies
 ) -> Moment:
-    points, active, found = simulation.points, result.active, result.equilibrium
+    points, active, found = simulation.state.points, result.active, result.equilibrium
     order = np.argsort(points.point_id)
     arm = active.position + found.displacement
     three = ((0, 0), (0, 3 - arm.shape[1]))
@@ -178,7 +178,7 @@ def _moment(
         number=points.point_id[order],
         position=points.position[order],
         displacement=points.displacement[order],
-        cell=np.floor(simulation.grid.in_cells(points.position[order])).astype(np.int64),
+        cell=np.floor(simulation.state.grid.in_cells(points.position[order])).astype(np.int64),
         overhang=overhang(simulation),
         may_tilt=may_tilt(balance),
         stress=points.stress[order],
@@ -195,9 +195,9 @@ def _moment(
         nodes=active.nodes,
         residual=found.residuals[-1],
         iterations=found.iterations,
-        energies=energies.values(simulation, result.time),
+        energies=energies.values(simulation.setup, simulation.state, result.time),
         spring_work=balance.spring_work,
         kinetic_change=balance.kinetic_change,
-        force_units=(1 if simulation.kind == "plane_strain" else 2, 1, 0),
-        bodies={body.name: np.asarray(body.place_now()[0]) for body in simulation.bodies},
+        force_units=(1 if simulation.setup.kind == "plane_strain" else 2, 1, 0),
+        bodies={body.name: np.asarray(body.place_now()[0]) for body in simulation.state.bodies},
     )

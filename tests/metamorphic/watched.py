@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-import tilth.analysis.simulation as simulation
+import tilth.analysis.advance as advance
 from tilth.arrays import Floats
 from tilth.terms.balance import Balance
 from tilth.terms.inertia import AssembledInertia
 from tilth.terms.protocol import Role
 
 SPRINGS = -1
-"""Place of the weak springs in `Simulation.terms`."""
+"""Place of the weak springs in `terms_of`."""
 
 
 class WatchedBalance(Balance):
@@ -64,9 +64,9 @@ def last_balance() -> WatchedBalance:
 @contextmanager
 def watched() -> Iterator[None]:
     """Runs within it keep the balance of their last step."""
-    original = simulation.Balance
-    simulation.Balance = WatchedBalance  # type: ignore[misc]
+    original = advance.Balance
+    advance.Balance = WatchedBalance  # type: ignore[misc]
     try:
         yield
     finally:
-        simulation.Balance = original  # type: ignore[misc]
+        advance.Balance = original  # type: ignore[misc]

@@ -38,16 +38,16 @@ every_shift = pytest.mark.parametrize("shift", [0.0, 0.37, 0.63, 0.95])
 
 def holders(simulation: Simulation) -> tuple[np.ndarray, np.ndarray]:
     """Positions of the active nodes, and who holds their radial displacement."""
-    active = locate(simulation.points, simulation.grid, Buffers())
-    declared = Conditions.gather(simulation.boundaries, active, 0.0, 1.0)
-    constrained = simulation.axis.constrain(active, declared)
+    active = locate(simulation.state.points, simulation.state.grid, Buffers())
+    declared = Conditions.gather(simulation.state.boundaries, active, 0.0, 1.0)
+    constrained = simulation.state.axis.constrain(active, declared)
     return active.position, constrained.conditions.boundary[:, 0]
 
 
 def radial_on_axis(simulation: Simulation, result: Any) -> np.ndarray:
     """The radial displacement of a step at r = 0 on the rows that the axis holds off the lines."""
-    step = simulation.axis.constrain(
-        result.active, Conditions.gather(simulation.boundaries, result.active, 0.0, 0.0)
+    step = simulation.state.axis.constrain(
+        result.active, Conditions.gather(simulation.state.boundaries, result.active, 0.0, 0.0)
     )
     field = result.equilibrium.displacement[step.node, 0]
     return np.asarray((step.value * field).sum(axis=1))
@@ -103,14 +103,14 @@ def test_it_is_what_a_declared_roller_on_the_axis_is(basis: str) -> None:
         march(footing(basis, axis), lambda _, r, time, f=found: f.append(r.forces["disc"]))  # type: ignore[misc]
         for axis, found in zip((False, True), forces, strict=True)
     ]
-    assert_same_bits(simulations[0].points, simulations[1].points)
+    assert_same_bits(simulations[0].state.points, simulations[1].state.points)
     assert all(np.array_equal(a, b) for a, b in zip(*forces, strict=True))
 
 
 def test_without_it_the_disc_would_feel_something_else() -> None:
     """So the comparison sees it."""
     free, constrained = (Simulation(footing("gimp", False)) for _ in range(2))
-    free.axis._rows = None
+    free.state.axis._rows = None
     for simulation, least, greatest in ((free, 1e-6, np.inf), (constrained, 0.0, 0.0)):
         result = simulation.advance(0.0, 0.2)
         on_axis = result.active.position[:, 0] == 0.0
@@ -133,8 +133,8 @@ def test_it_is_no_boundary_in_the_results() -> None:
 def test_nodes_beyond_it_move_with_it() -> None:
     """A GIMP domain across r = 0 activates nodes: constrained radially, free axially."""
     simulation = Simulation(Model.from_dict(block_entries("axisymmetric", "gimp")))
-    simulation.boundaries = []
-    simulation.points.position[:, 0] -= 0.01
+    simulation.state.boundaries = []
+    simulation.state.points.position[:, 0] -= 0.01
     position, holder = holders(simulation)
     assert set(position[:, 0]) == {-1.0, 0.0, 1.0, 2.0}
     assert np.array_equal(holder == AXIS, position[:, 0] <= 0.0)
@@ -194,10 +194,10 @@ def test_a_free_cylinder_under_uniaxial_stress(
     model = uniaxial(basis, material, shift, spacing, anti_locking=anti_locking)
     simulation = Simulation(model)
     simulation.check()
-    start = simulation.points.position[:, 0].copy()
-    number = simulation.points.point_id.copy()
+    start = simulation.state.points.position[:, 0].copy()
+    number = simulation.state.points.point_id.copy()
     result = simulation.advance(0.0, 1.0)
-    points = simulation.points
+    points = simulation.state.points
     stress, radial = uniaxial_stress(material)
     expected = np.zeros(points.stress.shape)
     expected[:, 1] = stress
@@ -230,7 +230,7 @@ def test_an_elastic_cylinder_between_rough_platens(
     ]
     entries["schedule"] = {"steps": 2}
     model = Model.from_dict(off_lines(entries, shift))
-    points = march(model).points
+    points = march(model).state.points
     innermost = points.position[:, 0] < 0.3 * 0.25
     difference = np.abs(points.stress[:, 0] - points.stress[:, 2])
     scale = np.abs(points.stress[innermost, 1]).max()
@@ -259,7 +259,7 @@ def test_soil_at_rest_stays_at_rest(shift: float) -> None:
         slips.append(np.abs(radial_on_axis(simulation, result)).max(initial=0.0))
     assert max(slips) == slips[0] < 1e-3 * 0.02
     assert slips[-1] < 1e-8 * 0.02
-    assert bool(simulation.axis.carried.any()) == (shift > 0.0)
+    assert bool(simulation.state.axis.carried.any()) == (shift > 0.0)
 
 
 @pytest.mark.parametrize("shift", [0.0, 0.37])
@@ -268,16 +268,17 @@ def test_a_restored_run_ends_in_the_same_bits(shift: float) -> None:
     for step in range(3):
         whole.advance(0.2 * step, 0.2 * (step + 1))
     again, without = (
-        Simulation.restored(whole.model, copy.deepcopy(whole.arrays())) for _ in range(2)
+        Simulation.restored(whole.setup.model, copy.deepcopy(whole.state.arrays()))
+        for _ in range(2)
     )
-    without.axis.carried = np.zeros_like(without.axis.carried)
+    without.state.axis.carried = np.zeros_like(without.state.axis.carried)
     for simulation in (whole, again, without):
         simulation.advance(0.6, 0.8)
-    assert_same_bits(whole.points, again.points)
-    assert whole.axis.carried.tobytes() == again.axis.carried.tobytes()
+    assert_same_bits(whole.state.points, again.state.points)
+    assert whole.state.axis.carried.tobytes() == again.state.axis.carried.tobytes()
     if shift:
         with pytest.raises(AssertionError, match="differs"):
-            assert_same_bits(whole.points, without.points)
+            assert_same_bits(whole.state.points, without.state.points)
 
 
 @pytest.mark.xfail(
@@ -301,7 +302,7 @@ def test_a_grid_that_moves_along_the_radius(basis: str, error: float) -> None:
         origins.append(float(result.active.grid.origin[0]))
         assert np.abs(radial_on_axis(simulation, result)).max(initial=0.0) < 1e-9
 
-    points = march(Model.from_dict(entries), look).points
+    points = march(Model.from_dict(entries), look).state.points
     assert origins == pytest.approx([-step / 8 for step in range(8)])
     stress, radial = uniaxial_stress("hencky_elastic")
     assert points.stress[:, 1] == pytest.approx(stress, rel=error)
@@ -320,10 +321,10 @@ def test_a_surface_ends_on_the_axis(shift: float) -> None:
     load = {"type": "surface", "body": "block", "start": [2.0, 2.0], "end": [0.0, 2.0]}
     entries["loads"] = [{**load, "pressure": 1.0}]
     simulation = march(Model.from_dict(off_lines(entries, shift)))
-    points = simulation.points
+    points = simulation.state.points
     mean = points.volume @ points.stress[:, 1] / points.volume.sum()  # the work of u = (0, y)
     assert mean == pytest.approx(-1.0, rel=2e-3)
-    (shape,) = simulation.surface_shapes()
+    (shape,) = simulation.state.surface_shapes()
     on_axis = shape.position[shape.position[:, 0] <= 0.0]
     assert on_axis[:, 0].tolist() == [0.0, 0.0]
     assert sorted(on_axis[:, 1]) == pytest.approx([0.0, 2.0 * np.exp(-1.0 / 1000.0)], abs=3e-4)
@@ -343,11 +344,11 @@ def test_a_ring_that_closes_is_held_once_its_hole_is_gone(hole: float, held: boo
     del body["points_per_cell"]
     body |= {"points": [4, 4], "shape": {"type": "box", "lower": [0.1, 0.0], "upper": [2.1, 2.0]}}
     simulation = Simulation(Model.from_dict(entries))
-    points, start = simulation.points, simulation.points.position[:, 0].copy()
+    points, start = simulation.state.points, simulation.state.points.position[:, 0].copy()
     points.position[:, 0] = np.sqrt(start**2 - 0.1**2 + hole**2)
     stretch = start / points.position[:, 0]
     points.deformation_gradient[:, 0, 0] = stretch
     points.deformation_gradient[:, 2, 2] = 1.0 / stretch
     assert start.min() == pytest.approx(0.35)
-    rows, *_ = simulation.axis._rows.find(simulation.locate(0.0))  # type: ignore[union-attr]
+    rows, *_ = simulation.state.axis._rows.find(simulation.locate(0.0))  # type: ignore[union-attr]
     assert rows.tolist() == ([0, 1, 2] if held else [])

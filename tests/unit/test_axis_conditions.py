@@ -49,12 +49,12 @@ def test_a_hollow_body_is_not_touched(basis: str, hole: float, shift: float) -> 
     """Also where the nodes on the axis belong to cells with soil."""
     simulation = Simulation(Model.from_dict(ring(basis, hole, shift)))
     active = simulation.check()
-    declared = Conditions.gather(simulation.boundaries, active, 0.0, 1.0)
-    assert not (simulation.axis.constrain(active, declared).conditions.boundary == AXIS).any()
+    declared = Conditions.gather(simulation.state.boundaries, active, 0.0, 1.0)
+    assert not (simulation.state.axis.constrain(active, declared).conditions.boundary == AXIS).any()
     result = simulation.advance(0.0, 1.0 / 60.0)
-    assert len(simulation.axis.height) == 0
+    assert len(simulation.state.axis.height) == 0
     free = Simulation(Model.from_dict(ring(basis, hole, shift)))
-    free.axis._rows = None
+    free.state.axis._rows = None
     other = free.advance(0.0, 1.0 / 60.0)
     assert np.array_equal(result.equilibrium.displacement, other.equilibrium.displacement)
 
@@ -66,9 +66,9 @@ def test_soil_that_flows_to_the_axis_stays_there(basis: str, shift: float) -> No
     holds: list[bool] = []
 
     def look(simulation: Simulation, result: Any, time: float) -> None:
-        holds.append(len(simulation.axis.heights(result.active)[0]) == 3)
+        holds.append(len(simulation.state.axis.heights(result.active)[0]) == 3)
 
-    points = march(Model.from_dict(ring(basis, 0.2, shift)), look).points
+    points = march(Model.from_dict(ring(basis, 0.2, shift)), look).state.points
     first = holds.index(True)
     assert all(holds[first:])
     closed = 60 * (1.2 - (1.2**2 - 0.2**2) ** 0.5) / 0.1
@@ -85,7 +85,7 @@ def test_the_axis_takes_hold_of_oblique_lattices() -> None:
         entries["bodies"][0]["shape"] = {"type": "polygon", "vertices": vertices}
         simulation = Simulation(Model.from_dict(off_lines(entries, shift)))
         active = simulation.check()
-        assert simulation.axis.heights(active)[1].tolist() == [0.0, 1.0, 2.0]
+        assert simulation.state.axis.heights(active)[1].tolist() == [0.0, 1.0, 2.0]
 
 
 # --- bodies on the axis ---------------------------------------------------------------------------
@@ -101,7 +101,7 @@ def test_a_ring_that_a_cone_has_pushed_aside_leaves_the_axis() -> None:
     entries["boundaries"].append(implicit("cone", cone))
     simulation = Simulation(Model.from_dict(entries))
     simulation.check()
-    points = simulation.points
+    points = simulation.state.points
     innermost = np.flatnonzero(points.position[:, 0] < 0.5)
     top = innermost[points.position[innermost, 1].argmax()]
     radius, height = 1.0, 4.6
@@ -109,15 +109,15 @@ def test_a_ring_that_a_cone_has_pushed_aside_leaves_the_axis() -> None:
     points.position[top] = [radius, height]
     points.deformation_gradient[top] = np.diag([stretch, stretch**-2, stretch])
     active = simulation.locate(0.0)
-    declared = Conditions.gather(simulation.boundaries, active, 0.0, 0.0)
+    declared = Conditions.gather(simulation.state.boundaries, active, 0.0, 0.0)
 
     def held(boundaries: list[Any]) -> list[float]:
-        conditions = simulation.axis.constrain(active, declared, boundaries).conditions
+        conditions = simulation.state.axis.constrain(active, declared, boundaries).conditions
         on_axis = (conditions.boundary[:, 0] == AXIS) & (active.position[:, 0] == 0.0)
         return sorted(active.position[on_axis, 1].tolist())
 
     assert held([]) == [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]
-    assert held(simulation.implicit) == [0.0, 1.0, 2.0, 3.0]
+    assert held(simulation.state.implicit) == [0.0, 1.0, 2.0, 3.0]
 
 
 # --- contradictions -----------------------------------------------------------------------------
@@ -193,7 +193,7 @@ def test_an_affine_motion_keeps_the_axis(shift: float) -> None:
     simulation = Simulation(Model.from_dict(off_lines(entries, shift)))
     simulation.check()
     simulation.advance(0.0, 1.0)
-    assert len(simulation.axis.height) == 0, "all nodes are constrained already"
+    assert len(simulation.state.axis.height) == 0, "all nodes are constrained already"
 
 
 def test_a_hollow_body_may_move_radially() -> None:
@@ -207,4 +207,4 @@ def test_other_kinds_of_analysis_have_no_axis() -> None:
     for kind in ("plane_strain", "3d"):
         simulation = Simulation(Model.from_dict(block_entries(kind, "gimp")))
         active = simulation.check()
-        assert len(simulation.axis.heights(active)[0]) == 0
+        assert len(simulation.state.axis.heights(active)[0]) == 0

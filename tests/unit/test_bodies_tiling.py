@@ -223,7 +223,7 @@ def test_rings_at_the_axis(tmp_path: Path, basis: str, element: str) -> None:
     assert math.fsum(points.volume) == pytest.approx(8.0 * math.pi, rel=1e-14)
     entries = block_entries("axisymmetric", basis)
     entries["bodies"][0]["shape"] = {"type": "mesh", "file": str(path)}
-    at_rest = Simulation(Model.from_dict(entries)).points
+    at_rest = Simulation(Model.from_dict(entries)).state.points
     radius = at_rest.position[:, None, 0] + at_rest.corner[..., 0]
     assert radius.min() == pytest.approx(0.0, abs=1e-15)
 
@@ -270,7 +270,7 @@ def test_nodal_volumes_of_a_distorted_mesh_are_exact_column_by_column(
     entries = block_entries(kind_of(element), "cpdi2")
     entries["bodies"][0]["shape"] = {"type": "mesh", "file": str(path)}
     simulation = Simulation(Model.from_dict(entries))
-    active, points = simulation.check(), simulation.points
+    active, points = simulation.check(), simulation.state.points
     assert active.nodes == (side + 1) ** dim
     nodal = simulation.soil_on(active).scatter(np.tile(points.initial_volume[:, None], dim))[:, 0]
     for k in range(dim):
@@ -290,7 +290,7 @@ def test_nodal_volumes_have_the_volume_and_the_first_moment_of_the_body(
     entries = block_entries(kind_of(element), "cpdi2")
     entries["bodies"][0]["shape"] = {"type": "mesh", "file": str(path)}
     simulation = Simulation(Model.from_dict(entries))
-    active, volume = simulation.check(), simulation.points.initial_volume
+    active, volume = simulation.check(), simulation.state.points.initial_volume
     nodal = simulation.soil_on(active).scatter(np.tile(volume[:, None], dim))[:, 0]
     assert nodal.sum() == pytest.approx(2.27**dim, rel=1e-13)
     moment = nodal @ active.position
@@ -314,12 +314,12 @@ def test_restored_domains_go_on_as_they_were(tmp_path: Path, basis: str, element
     entries["bodies"][0]["shape"] = {"type": "mesh", "file": str(path)}
     model = Model.from_dict(entries)
     whole = Simulation(model)
-    start = whole.points.corner.copy()
+    start = whole.state.points.corner.copy()
     whole.advance(0.0, 0.25)
     whole.advance(0.25, 0.5)
-    assert np.abs(whole.points.corner - start).max() > 1e-3
-    arrays = {name: np.array(array) for name, array in whole.arrays().items()}
+    assert np.abs(whole.state.points.corner - start).max() > 1e-3
+    arrays = {name: np.array(array) for name, array in whole.state.arrays().items()}
     resumed = Simulation.restored(model, arrays)
     for simulation in (whole, resumed):
         simulation.advance(0.5, 0.75)
-    assert_same_bits(whole.points, resumed.points)
+    assert_same_bits(whole.state.points, resumed.state.points)

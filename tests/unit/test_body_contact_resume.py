@@ -39,7 +39,7 @@ def test_states_are_restored() -> None:
     for step in range(2):
         simulation.advance(0.25 * step, 0.25 * (step + 1))
     again = restored(simulation)
-    (pair,), (other,) = simulation.body_contacts, again.body_contacts
+    (pair,), (other,) = simulation.state.body_contacts, again.state.body_contacts
     assert (pair.carried[:, -NUMBERS] == 1.0).any(), "there is contact"
     assert pair.touches_nearly is other.touches_nearly is False
 
@@ -52,11 +52,11 @@ def test_the_next_stage_begins_with_what_the_surface_carries(kind: str) -> None:
     models = Model.from_dict(entries).of_stages
     initial = points_of_stages(models)
     last = Simulation(models[0])
-    (before,) = last.body_contacts
+    (before,) = last.state.body_contacts
     place = before.quadrature().initial_position
     before.carried[:] = np.random.default_rng(1).normal(size=before.carried.shape)
     before.begin()
-    (after,) = next_stage(last, models[1], initial[1]).body_contacts
+    (after,) = next_stage(last, models[1], initial[1]).state.body_contacts
     np.testing.assert_array_equal(after.quadrature().initial_position, place)
     np.testing.assert_array_equal(after.carried, before.carried)
     assert not after.touches_nearly

@@ -29,7 +29,7 @@ def conditions(
     """Node positions of a 2-cell block, and the conditions on them."""
     ready = simulation(kind, [*boundaries, *rollers(kind)])
     active = ready.check()
-    return active.position, Conditions.gather(ready.boundaries, active, before, after)
+    return active.position, Conditions.gather(ready.state.boundaries, active, before, after)
 
 
 def held_by(found: Conditions, number: int, component: int) -> np.ndarray:
@@ -87,10 +87,10 @@ def test_table_that_goes_back_ends_where_it_was() -> None:
     )  # fmt: skip
     ready = simulation("plane_strain", [push, *rollers("plane_strain")])
     ready.advance(0.0, 0.5)
-    assert np.abs(ready.points.stress).max() > 100.0
+    assert np.abs(ready.state.points.stress).max() > 100.0
     # the plane stays on its grid line while the points move: squeeze and release meet again
     ready.advance(0.5, 1.0)
-    assert np.abs(ready.points.displacement).max() < 0.1
+    assert np.abs(ready.state.points.displacement).max() < 0.1
 
 
 @pytest.mark.parametrize("path", ["linear", "exponential"])
@@ -98,7 +98,7 @@ def test_affine_increment_is_that_of_the_path(path: str) -> None:
     end = np.array([[1.5, 0.4], [0.1, 0.8]])
     ready = simulation("plane_strain", [affine(end, path)])
     active = ready.check()
-    found = Conditions.gather(ready.boundaries, active, 0.3, 0.7)
+    found = Conditions.gather(ready.state.boundaries, active, 0.3, 0.7)
     assert found.constrained.all()
 
     def gradient(time: float) -> np.ndarray:
@@ -117,21 +117,23 @@ def test_outer_nodes_are_those_that_two_cells_of_soil_do_not_surround(kind: str)
     drive = affine(np.diag([1.5, 0.8, 0.8][:dim])) | {"nodes": "outer"}
     ready = simulation(kind, [drive], cells=5)
     active = ready.check()
-    found = Conditions.gather(ready.boundaries, active, 0.0, 1.0)
+    found = Conditions.gather(ready.state.boundaries, active, 0.0, 1.0)
     inner = ((active.position >= 2.0) & (active.position <= 3.0)).all(axis=1)
     assert inner.sum() == 2**dim
     np.testing.assert_array_equal(found.constrained, np.repeat(~inner[:, None], dim, axis=1))
     everywhere = simulation(kind, [drive | {"nodes": "all"}], cells=5)
-    whole = Conditions.gather(everywhere.boundaries, active, 0.0, 1.0)
+    whole = Conditions.gather(everywhere.state.boundaries, active, 0.0, 1.0)
     assert np.array_equal(found.increment, np.where(found.constrained, whole.increment, 0.0))
 
 
 def test_nodes_beside_a_hole_are_outer_ones() -> None:
     ready = simulation("plane_strain", [affine(np.eye(2)) | {"nodes": "outer"}], cells=7)
-    place = ready.points.position
+    place = ready.state.points.position
     place[(place < 1.0).all(axis=1)] += [6.0, 0.0]  # the soil of one cell at a corner is away
     active = ready.check()
-    (outer,) = (b.prescribe(active, 0.0, 1.0).constrained.all(axis=1) for b in ready.boundaries)
+    (outer,) = (
+        b.prescribe(active, 0.0, 1.0).constrained.all(axis=1) for b in ready.state.boundaries
+    )
     inner = ((active.position >= 2.0) & (active.position <= 5.0)).all(axis=1)
     corner = (active.position == 2.0).all(axis=1)
     assert np.array_equal(outer, ~inner | corner)
@@ -261,9 +263,9 @@ def holders(
     """Who holds the vertical displacement of each node under a GIMP block moved by `move`."""
     entries = block_entries("plane_strain", "gimp", boundaries=boundaries)
     ready = Simulation(Model.from_dict(entries))
-    ready.points.position += move
-    active = locate(ready.points, ready.grid, Buffers())
-    found = Conditions.gather(ready.boundaries, active, 0.0, 1.0)
+    ready.state.points.position += move
+    active = locate(ready.state.points, ready.state.grid, Buffers())
+    found = Conditions.gather(ready.state.boundaries, active, 0.0, 1.0)
     names = [*found.names, "nobody"]
     return {
         (float(x), float(y)): names[number]

@@ -164,7 +164,7 @@ def final(entries: dict[str, Any]) -> tuple[Array, Simulation]:
     size = entries["schedule"].get("end", 1.0) / steps
     for k in range(steps):
         simulation.advance(k * size, (k + 1) * size)
-    return simulation.points.displacement, simulation
+    return simulation.state.points.displacement, simulation
 
 
 DOWN = -np.array([NORMAL[2], 0.0, -NORMAL[0]])
@@ -325,9 +325,9 @@ def test_ground_on_curved_bedrock(held: dict[str, Any], tmp_path: Path) -> None:
     simulation = Simulation(Model.from_dict(entries))
     simulation.check()
     step = simulation.advance(0.0, 1.0)
-    weight = 2000.0 * 10.0 * simulation.points.initial_volume.sum()
+    weight = 2000.0 * 10.0 * simulation.state.points.initial_volume.sum()
     np.testing.assert_allclose(step.resultant("slope")[2], weight, rtol=1e-6)
-    assert simulation.implicit[0].distance(simulation.points.position, 1.0).min() > 0.0
+    assert simulation.state.implicit[0].distance(simulation.state.points.position, 1.0).min() > 0.0
 
 
 @pytest.mark.parametrize("reach", [3.5, 0.8])
@@ -441,5 +441,5 @@ def test_a_rigid_body_of_an_open_surface(geometry: Geometry, tmp_path: Path) -> 
     found, simulation = final(entries)
     expected, _ = final(same)
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-3 * 0.01)
-    said = check(simulation.model).warnings
+    said = check(simulation.setup.model).warnings
     assert any("has soil on one side of this" in text for text in said)

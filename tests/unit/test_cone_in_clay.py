@@ -54,9 +54,9 @@ def test_a_cone_bears_more_than_a_footing_and_balances_its_base() -> None:
     """No clay is in the cone, none is lost, and stiffer clay bears more."""
     end, factors = penetrate(100.0)
     assert SMOOTH_FOOTING < factors[-1] < 1.12 * cone_factor(100.0)
-    (cone,) = end.contact_surfaces
-    assert cone.distance(end.points.position, 1.0).min() > -0.1 * CELL
-    lost = 1.0 - end.points.volume.sum() / end.points.initial_volume.sum()
+    (cone,) = end.state.contact_surfaces
+    assert cone.distance(end.state.points.position, 1.0).min() > -0.1 * CELL
+    lost = 1.0 - end.state.points.volume.sum() / end.state.points.initial_volume.sum()
     bulk = 2.0 * (1.0 + POISSON) * 100.0 * STRENGTH / (3.0 * (1.0 - 2.0 * POISSON))
     assert np.abs(lost) < factors[-1] * STRENGTH / bulk
     _, stiffer = penetrate(300.0)

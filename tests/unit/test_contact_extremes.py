@@ -60,7 +60,7 @@ class Results:
 
         def watched(simulation: Simulation, *rest: Any, **more: Any) -> StepResult:
             result = advance(simulation, *rest, **more)
-            body = simulation.rigid_bodies["body"]
+            body = simulation.state.rigid_bodies["body"]
             overlap = mean_depth(simulation)[0]
             rows.append((result.time, body.displacement[1], body.force[1], overlap))
             return result
@@ -176,10 +176,10 @@ def test_soil_may_not_pass_through_a_body_unless_it_is_torn_off() -> None:
     """
     simulation = Simulation(Model.from_dict(problem(displacement={"x": 0.0, "y": -0.01})))
     simulation.check()
-    points = simulation.points
+    points = simulation.state.points
     inside = points.position.copy()
     inside[0] = [0.0, 0.25]
-    surfaces = simulation.contact_surfaces
+    surfaces = simulation.state.contact_surfaces
     with pytest.raises(StepFailed, match="soil passes through the surface of 'body'"):
         require_not_passed(surfaces, [], points, inside, 0.0, 0.0)
     points.deformation_gradient[0, 0, 0] = 1.6

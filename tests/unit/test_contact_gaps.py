@@ -233,10 +233,10 @@ def test_what_was_measured_when_contact_closed_is_kept() -> None:
     """Over steps in which the soil slides, until the contact is lost."""
     simulation = pressed_block("plane_strain", "friction", DRIVEN)
     simulation.advance(0.0, 0.25)
-    before = [each.carried.copy() for each in simulation.contact_surfaces]
+    before = [each.carried.copy() for each in simulation.state.contact_surfaces]
     simulation.advance(0.25, 0.5)
     kept = 0
-    for surface, was in zip(simulation.contact_surfaces, before, strict=True):
+    for surface, was in zip(simulation.state.contact_surfaces, before, strict=True):
         both = (surface.carried[:, 2] == 1.0) & (was[:, 2] == 1.0)
         kept += int(both.sum())
         np.testing.assert_allclose(surface.carried[both, 5], was[both, 5], rtol=0, atol=1e-15)

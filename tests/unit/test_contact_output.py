@@ -122,7 +122,7 @@ def test_the_outline_of_a_box_is_one_chain() -> None:
            "displacement": {"x": 0.0, "y": -0.2}, "rotation": 0.0}  # fmt: skip
     entries = block_entries("plane_strain", "gimp", rigid_bodies=[box])
     model = Model.from_dict({**entries, "boundaries": rollers("plane_strain")})
-    shape = rigid_shapes(model, Simulation(model).points)["box"]
+    shape = rigid_shapes(model, Simulation(model).state.points)["box"]
     (line,) = shape.at(np.zeros(2), np.zeros(3)).polylines
     assert line[0] == line[-1]
     assert len(line) == 13  # facets of half a cell
@@ -212,9 +212,9 @@ def tracked(asked: list[dict[str, Any]], state: RigidBodyState | None) -> list[f
     entries["rigid_bodies"][0]["displacement"]["y"] = 0.2  # away from the soil, which stays
     model = Model.from_dict(entries)
     simulation = Simulation(model)
-    tracker = Tracker(model, simulation.points)
+    tracker = Tracker(model, simulation.state.points)
     result = simulation.advance(0.0, 0.5)
-    body = simulation.bodies[0]
+    body = simulation.state.bodies[0]
     body.displacement, body.turn = np.zeros(2), np.zeros(1)
     if state is not None:
         body.displacement, body.turn = state.displacement, state.rotation[2:]
@@ -224,7 +224,9 @@ def tracked(asked: list[dict[str, Any]], state: RigidBodyState | None) -> list[f
         np.zeros((3, 2)), np.zeros(3), np.zeros(3, bool), np.array([True, False, True]),
     )  # fmt: skip
     result.contacts["ball"] = contact
-    return tracker.values(simulation, result, Energies(work=3.0, friction=2.0))
+    return tracker.values(
+        simulation.setup, simulation.state, result, Energies(work=3.0, friction=2.0)
+    )
 
 
 STATE = RigidBodyState(

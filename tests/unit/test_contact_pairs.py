@@ -215,12 +215,14 @@ def test_bodies_that_pass_through_each_other_are_warned_of(monkeypatch: pytest.M
     simulation = Simulation(Model.from_dict(given))
 
     def lowered(by: float) -> MaterialPoints:
-        points = simulation.points
+        points = simulation.state.points
         points.position[points.of_body("c"), 1] -= by
         return points
 
     for by, count in ((0.0, 0), (0.9, 0), (1.0, 1), (0.0, 1)):
-        simulation.services.warnings.unpaired(simulation.model, lowered(by), simulation.grid)
+        simulation.services.warnings.unpaired(
+            simulation.setup.model, lowered(by), simulation.state.grid
+        )
         assert len(simulation.services.warnings.texts) == count
     assert "'ground' and 'c' have come into the same cells" in simulation.services.warnings.texts[0]
     assert 'bodies = ["ground", "c"]' in simulation.services.warnings.texts[0]
@@ -326,10 +328,10 @@ def test_multigrid_solves_contact_in_space() -> None:
     for solver in ("superlu", "multigrid"):
         simulation = Simulation(model)
         simulation.services.solver = linear_solver(
-            solver, 3, len(simulation.points), reasons.append
+            solver, 3, len(simulation.state.points), reasons.append
         )
         result = simulation.advance(0.0, 1.0)
-        found.append(simulation.points.displacement)
+        found.append(simulation.state.points.displacement)
         assert result.resultant("block on ground")[2] == pytest.approx(-10.0, rel=1e-6)
     assert reasons == []
     assert 0 < max(simulation.services.solver.iterations, default=0) <= 15

@@ -49,7 +49,7 @@ def test_the_predictor_rests_after_a_guess_that_failed(guesses: list[bool]) -> N
 @pytest.mark.slow
 def test_without_contact_each_step_has_a_guess(guesses: list[bool]) -> None:
     simulation = pressed("plane_strain", "friction", DRIVEN, steps=STEPS)
-    simulation.contact_surfaces = []
+    simulation.state.contact_surfaces = []
     for step in range(3):
         advance(simulation, step)
     assert guesses == [

@@ -18,7 +18,7 @@ every_way = pytest.mark.parametrize("way", [FREE, DRIVEN])
 
 
 def model_of(kind: str, law: str, way: str) -> Model:
-    entries = pressed(kind, law, way, steps=8).model.to_dict()
+    entries = pressed(kind, law, way, steps=8).setup.model.to_dict()
     entries["analysis"]["tolerance"] = 1e-8
     entries["output"] = {"report": False}
     entries["track"] = [{"name": "F", "quantity": "reaction", "boundary": "body", "component": "y"}]
@@ -46,13 +46,13 @@ def test_states_are_restored(kind: str, way: str) -> None:
     for step in range(2):
         simulation.advance(0.125 * step, 0.125 * (step + 1))
     again = restored(simulation)
-    (body,), (other,) = simulation.bodies, again.bodies
+    (body,), (other,) = simulation.state.bodies, again.state.bodies
     assert body.displacement.any()
     assert body.force.any()
     for time in (0.25, 0.3):
         for one, two in zip(body.place(time), other.place(time), strict=True):
             np.testing.assert_array_equal(one, two)
-    surfaces = [each.contact_surfaces for each in (simulation, again)]
+    surfaces = [each.state.contact_surfaces for each in (simulation, again)]
     assert any((each.carried[:, -NUMBERS] == 1.0).any() for each in surfaces[0]), "there is contact"
     for one, two in zip(*surfaces, strict=True):
         np.testing.assert_array_equal(one.carried, two.carried)
@@ -61,4 +61,4 @@ def test_states_are_restored(kind: str, way: str) -> None:
 def test_states_of_another_body_are_refused() -> None:
     plane, space = (Simulation(model_of(kind, "smooth", FREE)) for kind in ("plane_strain", "3d"))
     with pytest.raises(ValueError, match="another shape"):
-        plane.bodies[0].restore(space.bodies[0].state())
+        plane.state.bodies[0].restore(space.state.bodies[0].state())

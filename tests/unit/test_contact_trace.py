@@ -220,9 +220,9 @@ def test_a_surface_that_all_soil_has_left_remembers_that_it_touched() -> None:
     """Soil that comes back is in contact again if it overlaps, without a gap to be wished away."""
     simulation = pressed("plane_strain", "friction", DRIVEN)
     simulation.advance(0.0, 0.25)
-    touched = [surface.carried[:, 2].copy() for surface in simulation.contact_surfaces]
+    touched = [surface.carried[:, 2].copy() for surface in simulation.state.contact_surfaces]
     assert any((each == 1.0).any() for each in touched)
-    for surface, before in zip(simulation.contact_surfaces, touched, strict=True):
+    for surface, before in zip(simulation.state.contact_surfaces, touched, strict=True):
         surface.leave()
         after = surface.carried[:, 2]
         np.testing.assert_array_equal(after, np.where(before == NEVER, NEVER, AWAY))

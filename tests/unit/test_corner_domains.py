@@ -122,7 +122,7 @@ def test_thin_turned_domains_touch_what_is_beside_them(basis: str) -> None:
         del body["points_per_cell"]
         body |= {"shape": shape, "points": [2, 8]}
         simulation = Simulation(Model.from_dict(entries))
-        points = simulation.points
+        points = simulation.state.points
         np.testing.assert_allclose(points.half_length, np.tile([short, long], (16, 1)), rtol=1e-12)
         assert points.position[:, 0].max() == pytest.approx(middle)
         _, constraints = locate_contacts(simulation, 0.0, 1.0)
@@ -139,7 +139,7 @@ def test_a_wall_is_felt_by_domains_longer_than_its_cells(basis: str) -> None:
         "plane_strain", basis, boundaries=[wall, plane("base", "y", 0.0)],
     )  # fmt: skip
     simulation = Simulation(Model.from_dict(entries))
-    points = simulation.points
+    points = simulation.state.points
     # as after an extension by ten: in the columns of points a long way from the wall
     points.corner[:, :, 0] *= 10.0
     points.position[:, 0] *= 10.0
@@ -200,7 +200,7 @@ def test_no_domain_crosses_the_axis_while_the_soil_is_sheared(basis: str) -> Non
     simulation = Simulation(Model.from_dict(entries))
     for k in range(10):
         simulation.advance(k / 10, (k + 1) / 10)
-        points = simulation.points
+        points = simulation.state.points
         radius = points.position[:, None, 0] + points.corner[..., 0]
         assert radius.min() > -1e-12
         assert not (simulation.check().position[:, 0] < -0.5).any()  # no node beyond the axis
@@ -214,7 +214,7 @@ def test_corners_that_would_cross_the_axis_stay_on_it() -> None:
     laboratory = Laboratory.of("axisymmetric", "cpdi2", "hencky_elastic", np.random.default_rng(1))
     model = Model.from_dict(block_entries("axisymmetric", "cpdi2"))
     points = initial_points(model)
-    laboratory = Laboratory("axisymmetric", points, Simulation(model, points).grid)
+    laboratory = Laboratory("axisymmetric", points, Simulation(model, points).state.grid)
     u = np.zeros(laboratory.active.position.shape)
     u[:, 0] = -0.05
     before = by_number(points)

@@ -15,8 +15,8 @@ from tilth import AnalysisFailed, StrengthReduction
 from tilth.analysis.creep import CIRCLING, LEAST_SIZE, PSEUDO_STEPS, creep, crept_to_rest
 from tilth.analysis.mechanism import moving_cells
 from tilth.analysis.residual import Newton, Residual
+from tilth.analysis.run_warnings import RunWarnings
 from tilth.analysis.safety_search import MOST_UNDECIDED, Outcome, Search, Trial
-from tilth.analysis.simulation import Simulation
 from tilth.analysis.step import Equilibrium
 from tilth.analysis.step_result import PreparedStep
 from tilth.arrays import Floats
@@ -147,20 +147,19 @@ def test_a_little_soil_may_fall_beside_what_drives_it(
         elastic_moduli=lambda: SimpleNamespace(young=one), volume=one, position=position
     )
     told: list[float] = []
-    simulation = SimpleNamespace(
-        comm=SERIAL, owned_points=own, kind="plane_strain",
-        run_warnings=SimpleNamespace(falls=lambda borne, time: told.append(borne)),
-    )  # fmt: skip
+    warnings = SimpleNamespace(falls=lambda borne, time: told.append(borne))
     grid = SimpleNamespace(cell_size=np.full(2, 1e6))  # soil may fall deep
-    active = SimpleNamespace(grid=grid, owned=np.array([True]))
+    active = SimpleNamespace(grid=grid, owned=np.array([True]), comm=SERIAL)
     step = SimpleNamespace(driven=driven, active=active, after=1.0)
     soil = SimpleNamespace(
-        active=active, nodal_volume=one, interpolate=lambda u: u, flow=lambda u: None
-    )
+        active=active, nodal_volume=one, interpolate=lambda u: u, flow=lambda u: None,
+        kind="plane_strain",
+    )  # fmt: skip
     slider = Slider(pull=1.1, strength=1.0, reach=10.0)
     balance = SimpleNamespace(at=lambda u, unknowns: SimpleNamespace(relative=borne))
     found = crept_to_rest(
-        cast(Simulation, simulation), cast(PreparedStep, step), cast(Soil, soil), slider.solve,
+        cast(PreparedStep, step), cast(Soil, soil), cast(MaterialPoints, own),
+        cast(RunWarnings, warnings), slider.solve,
         slider.drag, NEWTON, np.zeros((1, 1)), cast(Residual, balance), "",
     )  # fmt: skip
     assert (found is not None) == falls

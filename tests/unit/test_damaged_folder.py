@@ -287,8 +287,8 @@ def test_flipped_bits_are_refused_or_have_no_effect(
         accepted += 1
         assert (found.progress, found.rows) == (whole.progress, whole.rows)
         assert found.model == whole.model
-        for name, array in whole.analysis(None).simulation.arrays().items():
-            assert array.tobytes() == simulation.arrays()[name].tobytes()
+        for name, array in whole.analysis(None).simulation.state.arrays().items():
+            assert array.tobytes() == simulation.state.arrays()[name].tobytes()
     assert all(str(folder / file) in message for message in messages)
     assert len(messages) > 2
     assert file != "model.json" or accepted == 0

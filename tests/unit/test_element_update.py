@@ -85,7 +85,7 @@ def test_stress_is_that_of_points_in_the_grid(kind: str, material: str) -> None:
     kirchhoff, _, elastic, status = update(kind, material, (full - np.eye(3))[None])
     assert status == 0
     cauchy = kirchhoff[0] / np.linalg.det(full)
-    points = simulation.points
+    points = simulation.state.points
     scale = np.abs(cauchy).max()
     np.testing.assert_allclose(points.stress, np.tile(cauchy, (len(points), 1)), atol=1e-9 * scale)
     np.testing.assert_allclose(

@@ -216,13 +216,13 @@ def balance(entries: Entries) -> tuple[dict[str, float], list[StepResult]]:
     simulation = Simulation(Model.from_dict(entries))
     if "stress" in entries.get("initial", {}):
         find_initial_equilibrium(simulation)
-    energies = Energies.at_start(simulation)
+    energies = Energies.at_start(simulation.setup, simulation.state)
     results = []
     end, steps = entries["schedule"]["end"], entries["schedule"]["steps"]
     for before, after in pairwise(np.linspace(0.0, end, steps + 1)):
         results.append(simulation.advance(before, after))
         energies.add(results[-1])
-    return energies.values(simulation, end), results
+    return energies.values(simulation.setup, simulation.state, end), results
 
 
 def error_of(energies: dict[str, float]) -> float:

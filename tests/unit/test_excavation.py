@@ -99,13 +99,13 @@ def test_released_forces_are_those_of_the_removed_soil_by_node(
     simulation = analysis.simulation
     step = simulation.prepare(0.0, 0.0)
     released = np.zeros((step.active.nodes, 2))
-    place, force = simulation.released.position, simulation.released.force
+    place, force = simulation.state.released.position, simulation.state.released.force
     near = np.abs(step.active.position[None] - place[:, None]).max(axis=2)
     assert near.min(axis=1).max() < 1e-12
     released[near.argmin(axis=1)] = force
-    whole = locate(before, simulation.grid, Buffers())
+    whole = locate(before, simulation.state.grid, Buffers())
     number = np.flatnonzero(np.isin(whole.key, step.active.key))
-    kept = np.isin(before.point_id, simulation.points.point_id)
+    kept = np.isin(before.point_id, simulation.state.points.point_id)
     assert 0 < kept.sum() < len(kept)
     removed = carried(before.selected(~kept), whole, GRAVITY)[number]
     all_soil = carried(before, whole, GRAVITY)[number]
@@ -147,7 +147,7 @@ def test_a_wall_that_is_removed_releases_its_force(implicit: bool) -> None:
     _, starts, results = march(case)
     tolerance = 1e-4 if implicit else 1e-6  # of the quadrature on the edge of the wall
     force = results[0].resultant("right")[0]
-    released = starts["no wall"].released.force.sum(axis=0)[0]
+    released = starts["no wall"].state.released.force.sum(axis=0)[0]
     assert force == pytest.approx(-thrust, rel=tolerance)
     assert released == pytest.approx(-thrust, rel=tolerance)
     assert [("right" in result.forces) for result in results] == [True, False, False]
@@ -166,7 +166,7 @@ def test_a_stage_begins_in_equilibrium(basis: str, shift: float) -> None:
     balance = Balance(step.active, simulation.terms(step, simulation.soil_on(step.active)))
     residual = balance.forces(np.zeros(step.active.position.shape)).residual
     free = np.where(step.conditions.constrained, 0.0, residual)
-    assert np.abs(free).max() < 1e-10 * np.abs(simulation.released.force).max()
+    assert np.abs(free).max() < 1e-10 * np.abs(simulation.state.released.force).max()
     short = simulation.advance(0.0, 1e-6).equilibrium.displacement
     rest = simulation.advance(1e-6, 1.0).equilibrium.displacement
     assert 0.0 < np.abs(short).max() < 2e-6 * np.abs(rest).max()
@@ -181,7 +181,7 @@ def test_rebound_goes_back_with_the_forces(basis: str, shift: float) -> None:
     case["materials"]["soil"] = elastic(1e7)
     analysis, _ = at_start_of(case, "dig")
     simulation = analysis.simulation
-    released = simulation.released
+    released = simulation.state.released
     released._share = LoadCurve(((0.0, 0.0), (0.5, 1.0), (1.0, 0.0)))
     start = by_number(simulation, "position").copy()
     times = np.linspace(0.0, 1.0, 9)
@@ -223,7 +223,7 @@ def test_heave_of_a_wide_pit_is_that_of_one_dimension(basis: str, anti_locking: 
             stages=[stage("rest"), stage("dig", 10, deactivate=["cover"])],
         )
         analysis, _, results = march(case)
-        points = analysis.simulation.points
+        points = analysis.simulation.state.points
         top = points.position[:, 1].argmax()
         # of the surface, a quarter of a cell above the point; it is not stressed
         stretch = points.deformation_gradient[top, 1, 1]
@@ -281,7 +281,7 @@ def test_three_dimensions() -> None:
     )
     _, starts, results = march(case)
     thrust = 0.5 * K0 * UNIT_WEIGHT
-    released = starts["dig"].released.force.sum(axis=0)
+    released = starts["dig"].state.released.force.sum(axis=0)
     assert released == pytest.approx([thrust, thrust, -UNIT_WEIGHT], rel=1e-5)
     total = [float(result.resultant("base")[2]) for result in results]
     assert total == pytest.approx([8.0 * UNIT_WEIGHT, 7.0 * UNIT_WEIGHT], rel=1e-8)
@@ -303,10 +303,10 @@ def test_axisymmetric_shaft() -> None:
         stages=[stage("rest"), stage("dig", 2, deactivate=["shaft"])],
     )
     _, starts, results = march(case)
-    released = starts["dig"].released.force.sum(axis=0)
+    released = starts["dig"].state.released.force.sum(axis=0)
     assert released[1] == pytest.approx(-np.pi * UNIT_WEIGHT, rel=1e-4)
     base = float(results[-1].resultant("base")[1])
     assert base == pytest.approx(17.0 * np.pi * UNIT_WEIGHT, rel=1e-8)
-    points = starts["dig"].points
+    points = starts["dig"].state.points
     wall_of_shaft = (points.position[:, 0] < 1.2) & (points.position[:, 1] > 1.05)
     assert (points.displacement[wall_of_shaft, 0] < 0.0).all()

@@ -90,7 +90,7 @@ def test_weight_of_each_lift_arrives_at_the_base(basis: str, shift: float) -> No
 
 def gaps(simulation: Simulation, name: str) -> Floats:
     """Height of the lower faces of a body's lowest points above the tracked surfaces below them."""
-    points = simulation.points
+    points = simulation.state.points
     own = points.of_body(name)
     lower = (points.position - points.half_length)[own, 1]
     x = points.position[own, 0]
@@ -98,7 +98,7 @@ def gaps(simulation: Simulation, name: str) -> Floats:
     for column in np.unique(np.round(x, 9)) + 1e-7:  # not on a boundary point
         bottom = lower[np.abs(x - column) < 1e-6].min()
         heights = []
-        for other, surface in simulation.surfaces.items():
+        for other, surface in simulation.state.surfaces.items():
             if other != name:
                 shape = surface.shape()
                 start, end = shape.position[shape.cells[:, 0]], shape.position[shape.cells[:, 1]]
@@ -135,7 +135,7 @@ def test_fill_has_no_gap_and_no_overlap(basis: str, fill: int) -> None:
     found: dict[str, Floats] = {}
 
     def at_start(analysis: StagedAnalysis) -> None:
-        name = analysis.simulation.model.stage.name
+        name = analysis.simulation.setup.model.stage.name
         if name != "ground":
             found[name] = gaps(analysis.simulation, name) / CELL
 
@@ -152,7 +152,7 @@ def test_the_tracked_surface_moves_with_the_fill() -> None:
     _, starts, _ = march(bank(2, steps=1))
     for number, area in enumerate((2.0, 1.75)):
         simulation = starts[f"lift {number}"]
-        surface = simulation.surfaces[f"lift {number}"]
+        surface = simulation.state.surfaces[f"lift {number}"]
         assert isinstance(surface, TrackedSurface)
         assert surface.enclosed() == pytest.approx(area, rel=1e-2)
 
@@ -204,7 +204,7 @@ def test_three_dimensions() -> None:
     analysis, _, results = march(case)
     carried = [result.resultant("base")[2] for result in results]
     assert carried[1::2] == pytest.approx([80.0, 90.0, 100.0], rel=1e-8)
-    points = analysis.simulation.points
+    points = analysis.simulation.state.points
     lowest = points.position[points.of_body("second"), 2].min()
     highest = points.position[points.of_body("first"), 2].max()
     assert lowest - highest == pytest.approx(0.25, abs=0.02)

@@ -116,7 +116,7 @@ def test_the_initial_state_has_the_weight_and_the_material_before_the_change() -
     change = {"deactivate": ["pit"], "materials": {"sand": "concrete"}}
     model = Model.from_dict(entries(change, first=True))
     analysis = StagedAnalysis(model)
-    points = analysis.simulation.points
+    points = analysis.simulation.state.points
     assert analysis.is_before_first
     vertical = -9.81 * 1.8 * (1.5 - points.position[:, 1])
     np.testing.assert_allclose(points.stress[:, 1], vertical, rtol=1e-12)
@@ -125,7 +125,7 @@ def test_the_initial_state_has_the_weight_and_the_material_before_the_change() -
     analysis.check()
     analysis.begin()
     assert not analysis.is_before_first
-    after = analysis.simulation.points
+    after = analysis.simulation.state.points
     assert len(after) < len(points)
     kept = points.stress[np.isin(points.point_id, after.point_id)]
     np.testing.assert_allclose(after.stress, kept, rtol=1e-9, atol=1e-9)
@@ -229,6 +229,6 @@ def test_soil_without_stress_is_excavated_in_the_first_stage() -> None:
     del given["initial"]
     given["stages"].append({"name": "more", "schedule": {"steps": 1}})
     analysis = StagedAnalysis(Model.from_dict(given))
-    before = len(analysis.simulation.points)
+    before = len(analysis.simulation.state.points)
     next(iter(analysis.steps()))
-    assert len(analysis.simulation.points) == before - 8
+    assert len(analysis.simulation.state.points) == before - 8

@@ -13,6 +13,7 @@ from free_bodies import falling
 from resumed_runs import assert_same_results, run_until
 
 from tilth import Model, resume, run
+from tilth.analysis.advance import begin_motion
 from tilth.analysis.initial_equilibrium import InitialEquilibrium, find_initial_equilibrium
 from tilth.analysis.simulation import Simulation
 
@@ -65,9 +66,9 @@ def found(entries: dict[str, Any]) -> tuple[Simulation, InitialEquilibrium]:
     """The equilibrium at the start; the soil has kept its place."""
     simulation = Simulation(Model.from_dict(entries))
     simulation.check()
-    before = simulation.points.position[simulation.points.in_order].copy()
+    before = simulation.state.points.position[simulation.state.points.in_order].copy()
     report = find_initial_equilibrium(simulation)
-    after = simulation.points.position[simulation.points.in_order]
+    after = simulation.state.points.position[simulation.state.points.in_order]
     assert before.tobytes() == after.tobytes()
     return simulation, report
 
@@ -87,7 +88,7 @@ def test_a_body_without_a_force_stays_where_it_is(kind: str, gap: float, value: 
     up = 2 if kind == "3d" else 1
     simulation, report = found(ground(kind, gap, **force(up, value)))
     assert report.iterations == 0
-    ball = simulation.bodies[0]
+    ball = simulation.state.bodies[0]
     assert not ball.displacement.any()
     assert not ball.force.any()
     simulation.advance(0.0, 0.5)
@@ -104,11 +105,11 @@ def test_soil_that_finds_its_equilibrium_leaves_a_body_without_a_force(kind: str
     simulation, report = found(ground(kind, top=-0.1, **force(up, 0.0)))
     assert report.iterations > 0
     assert report.residual_after < 1e-8
-    ball = simulation.bodies[0]
+    ball = simulation.state.bodies[0]
     assert not ball.displacement.any()
     assert np.abs(ball.force).max() < 1e-3
     simulation.advance(0.0, 1.0)
-    assert np.abs(simulation.points.displacement).max() < 1e-7
+    assert np.abs(simulation.state.points.displacement).max() < 1e-7
 
 
 @pytest.mark.parametrize("initial", ["k0", "gravity"])
@@ -120,20 +121,20 @@ def test_a_body_with_weight_rests_where_it_is(kind: str, top: float, initial: st
     if initial == "gravity":
         entries["initial"] = {"stress": [{"type": "gravity", "body": "ground", "steps": 3}]}
     simulation, report = found(entries)
-    ball, up = simulation.bodies[0], 2 if kind == "3d" else 1
+    ball, up = simulation.state.bodies[0], 2 if kind == "3d" else 1
     assert report.residual_after < 1e-8
     assert not ball.displacement.any()
     assert np.array_equal(ball.rotation, np.eye(up + 1))
     assert ball.force[up] == pytest.approx(GRAVITY * MASS, rel=1e-6)
     result = simulation.advance(0.0, 1.0)
     assert result.equilibrium.iterations == 0
-    assert np.abs(simulation.points.displacement).max() < 1e-12
+    assert np.abs(simulation.state.points.displacement).max() < 1e-12
     assert np.abs(ball.displacement).max() < 1e-12
 
 
 def test_a_body_with_weight_comes_down_on_the_soil() -> None:
     simulation, _ = found(ground("plane_strain", gap=0.1, mass=MASS))
-    ball = simulation.bodies[0]
+    ball = simulation.state.bodies[0]
     assert ball.displacement[1] == pytest.approx(-0.1, abs=0.01 * 0.25)
     assert ball.force[1] == pytest.approx(GRAVITY * MASS, rel=1e-6)
     assert simulation.advance(0.0, 1.0).equilibrium.iterations == 0
@@ -144,7 +145,7 @@ def test_what_a_spring_holds_stays_where_it_has_come_to() -> None:
     stiffness = 1e5
     body = {"mass": MASS, "springs": {"y": stiffness}}
     simulation, _ = found(ground("plane_strain", **body))
-    ball = simulation.bodies[0]
+    ball = simulation.state.bodies[0]
     assert ball.displacement[1] < 0.0
     total = ball.force[1] - stiffness * ball.displacement[1]
     assert total == pytest.approx(GRAVITY * MASS, rel=1e-6)
@@ -155,12 +156,12 @@ def test_a_body_in_place_in_the_soil(mass: float) -> None:
     """Without weight it bears nothing, so that the hole stands by itself."""
     body = {"mass": mass} if mass else {"force": {"y": 0.0}}
     simulation, report = found(in_hole(**body))
-    ball = simulation.bodies[0]
+    ball = simulation.state.bodies[0]
     assert report.residual_after < 1e-8
     assert not ball.displacement.any()
     assert ball.force[1] == pytest.approx(GRAVITY * mass, abs=1e-3)
     simulation.advance(0.0, 1.0)
-    assert np.abs(simulation.points.displacement).max() < 1e-6
+    assert np.abs(simulation.state.points.displacement).max() < 1e-6
 
 
 @pytest.mark.parametrize("gap", [0.03, 0.5])
@@ -168,7 +169,7 @@ def test_a_body_with_inertia_that_falls_takes_no_part(gap: float) -> None:
     entries = falling("plane_strain", gap=gap)
     entries["initial"] = {"stress": [{"type": "k0", "body": "soil", "K0": 1.0}]}
     simulation, report = found(entries)
-    ball = simulation.bodies[0]
+    ball = simulation.state.bodies[0]
     assert report.residual_after < 1e-8
     assert not ball.displacement.any()
     simulation.advance(0.0, 0.005)
@@ -197,9 +198,9 @@ def test_a_body_that_rests_begins_with_no_acceleration(kind: str, size: float) -
     entries["analysis"]["inertia"] = {"scheme": "newmark"}
     entries["schedule"] = {"end": size, "steps": 1}
     simulation, _ = found(entries)
-    assert simulation.declared_dynamics is not None
-    simulation.declared_dynamics.begin(simulation, 0.0, size)
-    assert np.abs(simulation.points.motion[:, 1]).max() < 0.05 * GRAVITY
+    assert simulation.state.declared_dynamics is not None
+    begin_motion(simulation.setup, simulation.state, simulation.services, 0.0, size)
+    assert np.abs(simulation.state.points.motion[:, 1]).max() < 0.05 * GRAVITY
 
 
 def test_soil_that_a_bilateral_law_will_hold_begins_with_no_acceleration() -> None:
@@ -213,6 +214,6 @@ def test_soil_that_a_bilateral_law_will_hold_begins_with_no_acceleration() -> No
     entries["schedule"] = {"end": 0.1, "steps": 1}
     simulation = Simulation(Model.from_dict(entries))
     simulation.check()
-    assert simulation.declared_dynamics is not None
-    simulation.declared_dynamics.begin(simulation, 0.0, 0.1)
-    assert np.abs(simulation.points.motion[:, 1]).max() < 1e-6
+    assert simulation.state.declared_dynamics is not None
+    begin_motion(simulation.setup, simulation.state, simulation.services, 0.0, 0.1)
+    assert np.abs(simulation.state.points.motion[:, 1]).max() < 1e-6

@@ -38,7 +38,7 @@ def test_a_loaded_body_near_the_soil_comes_down_on_it() -> None:
     near.check()
     near.advance(0.0, 0.1)
     # its lowest quadrature point is a little higher than its lowest point
-    assert near.rigid_bodies["ball"].displacement[1] == pytest.approx(-0.5, abs=0.01)
+    assert near.state.rigid_bodies["ball"].displacement[1] == pytest.approx(-0.5, abs=0.01)
 
 
 def test_a_body_of_few_cells_is_warned_of() -> None:
@@ -46,5 +46,6 @@ def test_a_body_of_few_cells_is_warned_of() -> None:
     near = simulation(2.5, -1e-3)
     near.check()
     assert any(
-        "radius of the rigid body 'ball' is only 0.5 cells" in text for text in near.warnings
+        "radius of the rigid body 'ball' is only 0.5 cells" in text
+        for text in near.services.warnings.texts
     )

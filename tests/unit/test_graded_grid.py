@@ -112,8 +112,8 @@ def test_a_body_travels_into_smaller_cells_and_on(update: str) -> None:
         soil = simulation.soil_on(active)
         soil.update(u)
         soil.advance(u, soil.moved_domains(u))
-        bound_domains(simulation.points, simulation.grid)
-    points, grid = simulation.points, simulation.grid
+        bound_domains(simulation.state.points, simulation.state.grid)
+    points, grid = simulation.state.points, simulation.state.grid
     assert points.position[:, 0].min() > 6.0
     assert (points.half_length <= 0.5 * grid.sizes_at(points.position) * (1.0 + 1e-9)).all()
     np.testing.assert_allclose(points.stress, 0.0, atol=1e-9)
@@ -139,10 +139,10 @@ def test_smaller_cells_that_come_to_the_soil_shorten_its_domains() -> None:
     simulation.check()
     for step in range(12):
         active = simulation.advance(step / 12, (step + 1) / 12).active
-        size = active.grid.sizes_at(simulation.points.position)
-        assert (simulation.points.half_length <= 0.5 * size * (1.0 + 1e-9)).all()
+        size = active.grid.sizes_at(simulation.state.points.position)
+        assert (simulation.state.points.half_length <= 0.5 * size * (1.0 + 1e-9)).all()
     assert active.grid.origin[0] == pytest.approx(-2.0 + 5.5)
-    assert simulation.points.half_length[:, 0].min() < 0.25
+    assert simulation.state.points.half_length[:, 0].min() < 0.25
     assert any("kept at the size of a cell" in text for text in simulation.services.warnings.texts)
 
 
@@ -217,7 +217,7 @@ def test_pieces_of_a_line_are_as_long_as_the_cells_ask_for() -> None:
 
 def test_functions_at_places_reproduce_linear_fields() -> None:
     simulation = block("3d", "linear")
-    active = locate(simulation.points, simulation.grid, Buffers())
+    active = locate(simulation.state.points, simulation.state.grid, Buffers())
     random = np.random.default_rng(1)
     place = random.uniform(0.0, 3.0, (50, 3))
     order, at = locate_in_cells(active, place)
@@ -251,7 +251,7 @@ def test_softening_depends_on_the_cell_of_the_point(kind: str) -> None:
         "mohr_coulomb", residual_cohesion=5.0, softening_strain=1e-3, softening_length=2.0
     )
     simulation = block(kind, materials={"soil": soft})
-    points, grid = simulation.points, simulation.grid
+    points, grid = simulation.state.points, simulation.state.grid
     law = points.ranges[0].law
     strain = points.parameters[:, law.parameters.index("softening_strain")]
     length: Floats = grid.sizes_at(points.position).prod(axis=1) ** (1.0 / grid.dim)

@@ -55,7 +55,7 @@ def test_equal_cells_given_by_places_are_a_uniform_grid(kind: str) -> None:
         march(squeezed(kind, **{UP[kind]: rows})) for rows in (0.25, [[0.0, 0.25], [0.75, 0.25]])
     )
     for name in ("position", "stress"):
-        one, other = (getattr(each.points, name) for each in (uniform, places))
+        one, other = (getattr(each.state.points, name) for each in (uniform, places))
         np.testing.assert_allclose(one, other, rtol=0, atol=1e-8 * np.abs(one).max())
 
 
@@ -156,8 +156,8 @@ def test_dynamic_steps_keep_the_limits_of_the_cells_of_each_point(size: Any) -> 
     entries["analysis"]["inertia"] = {"scheme": "newmark", **limits}
     entries["schedule"] = {"steps": 2, "end": 0.05}
     simulation = march(Model.from_dict(entries))
-    points = simulation.points
-    moved = np.abs(points.last_displacement / simulation.grid.sizes_at(points.position)).max()
+    points = simulation.state.points
+    moved = np.abs(points.last_displacement / simulation.state.grid.sizes_at(points.position)).max()
     assert 0.0 < moved < 1.1 * limits["largest_motion"] / WITHIN
 
 
@@ -191,7 +191,7 @@ def pressed_in(model: Model) -> tuple[MaterialPoints, float]:
     simulation = march(
         model, lambda _, result, __: loads.append(-float(result.resultant("footing")[1]))
     )
-    return simulation.points, loads[-1]
+    return simulation.state.points, loads[-1]
 
 
 def test_results_do_not_depend_on_the_units() -> None:

@@ -208,7 +208,7 @@ def test_walls_of_a_grid_that_does_not_move_take_its_cells() -> None:
     """Far from the footing the walls' quadrature points are as far apart as the cells."""
     simulation = Simulation(example("square_footing", "graded.toml"))
     simulation.prepare(0.0, 1.0)
-    for wall in simulation.implicit:
+    for wall in simulation.state.implicit:
         assert wall.quadrature is not None
         # the thin cells under the footing are no reason for more points on it
         assert len(wall.quadrature.weight) < (10_000 if wall.name == "footing" else 40_000)

@@ -86,7 +86,7 @@ def test_pattern_joins_the_bodies() -> None:
     other["shape"] = {"type": "box", "lower": [2.0, 0.0], "upper": [4.0, 2.0]}
     entries["bodies"].append(other)
     model = Model.from_dict(entries)
-    active = locate(initial_points(model), Simulation(model).grid, Buffers())
+    active = locate(initial_points(model), Simulation(model).state.grid, Buffers())
     assert len(active.stencils) == 2
     assert active.nodes == 15
     shared = np.flatnonzero(active.position[:, 0] == 2.0)

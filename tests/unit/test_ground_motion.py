@@ -247,7 +247,7 @@ def test_a_record_goes_on_in_the_next_stage(tmp_path: Path) -> None:
     analysis = StagedAnalysis(Model.from_dict(entries))
     accelerations = []
     for _ in analysis.steps():
-        (base,) = analysis.simulation.waves.bases
+        (base,) = analysis.simulation.state.waves.bases
         accelerations.append(float(base.state()["motion"][1, 0]))
     np.testing.assert_allclose(accelerations[2:], [1.0, -1.0, -1.0, 1.0, 0.0], atol=1e-12)
 
@@ -289,7 +289,7 @@ def test_an_absorbing_plane_may_have_a_range(part: list[float] | None, tmp_path:
         entries["boundaries"][0]["range"] = {"y": part}
     entries["initial"] = {"velocity": [{"body": "soil", "y": 0.01}]}
     simulation = Simulation(Model.from_dict(entries))
-    simulation.dynamics.begun = True  # type: ignore[union-attr]
+    simulation.state.dynamics.begun = True  # type: ignore[union-attr]
     force = simulation.advance(0.0, 1e-9).resultant("side")[1]
     whole = -np.sqrt(2000.0 * 1e7 / 2.6) * 0.01
     assert force == pytest.approx(whole * (1.0 if part is None else 0.5), rel=1e-4)

@@ -26,7 +26,7 @@ from implicit_blocks import (
 from implicit_problems import ghost_force
 from small_problems import BASES, dimension
 
-import tilth.analysis.simulation
+import tilth.analysis.step_terms
 from tilth import Model
 from tilth.analysis.march import march
 from tilth.analysis.simulation import Simulation
@@ -145,7 +145,7 @@ def test_reaction_and_moment_balance_the_loads(
     class Kept:
         of = staticmethod(keep)
 
-    monkeypatch.setattr(tilth.analysis.simulation, "WeakSprings", Kept)
+    monkeypatch.setattr(tilth.analysis.step_terms, "WeakSprings", Kept)
     monkeypatch.setattr(Ghost, "couplings", keep_couplings)
     kind, shape, walls = SUPPORTS[name]
     dim = dimension(kind)
@@ -165,7 +165,7 @@ def test_reaction_and_moment_balance_the_loads(
         return np.asarray(np.cross(np.pad(arm - about, space), np.pad(force, space)).sum(axis=0))
 
     def compare(simulation: Simulation, result: StepResult, time: float) -> None:
-        applied = simulation.loads.force(simulation.points, time)
+        applied = simulation.setup.loads.force(simulation.state.points, time)
         moved = result.equilibrium.displacement
         weak = -springs[-1].stiffness[:, None] * moved
         total = applied.sum(axis=0)
@@ -175,7 +175,7 @@ def test_reaction_and_moment_balance_the_loads(
         ghost = np.zeros(moved.shape)
         for each in ghosts[-1]:
             ghost -= ghost_force(each, moved)
-        points = simulation.points
+        points = simulation.state.points
         # not the place of a CPDI2 point: this is the centroid of its moved domain
         carried = simulation.soil_on(result.active).interpolate(moved)
         turning = (
@@ -206,7 +206,7 @@ def test_work_of_a_moving_boundary_is_stored_as_elastic_energy(form: str) -> Non
         entries["boundaries"][-1]["displacement"] = {"y": -0.2}
         simulation, results = steps_of(Model.from_dict(entries))
         work = sum(result.work for result in results)
-        error.append(work / simulation.points.stored_energy() - 1.0)
+        error.append(work / simulation.state.points.stored_energy() - 1.0)
     assert abs(error[-1]) < 1e-3
     if form == "surface":
         assert abs(error[-1]) < 0.1 * abs(error[0])

@@ -354,7 +354,7 @@ def test_what_holds_everything_is_accepted(name: str) -> None:
     load = gravity(3 if kind == "3d" else 2)
     simulation, _ = steps_of(model_of(kind, "gimp", shape, walls, steps=2, loads=[load]))
     assert simulation.services.warnings.texts == []
-    assert 1e-4 < np.abs(simulation.points.displacement).max() < 0.2
+    assert 1e-4 < np.abs(simulation.state.points.displacement).max() < 0.2
 
 
 # --- delta ---------------------------------------------------------------------------------------
@@ -370,13 +370,13 @@ def test_delta_out_of_range(delta: float) -> None:
 def test_delta_within_its_range(delta: float) -> None:
     wall = {**BASE, "delta": delta}
     simulation = checked(BLOCK, wall)
-    assert simulation.implicit[0].delta == delta
+    assert simulation.state.implicit[0].delta == delta
 
 
 def test_delta_is_a_thousandth_of_the_smallest_edge() -> None:
     entries = model_of("plane_strain", "gimp", BLOCK, [BASE]).to_dict()
     entries["grid"]["cell_size"] = [0.25, 0.5]
-    assert Simulation(Model.from_dict(entries)).implicit[0].delta == 0.25e-3
+    assert Simulation(Model.from_dict(entries)).state.implicit[0].delta == 0.25e-3
 
 
 # --- tilth check ---------------------------------------------------------------------------------

@@ -341,12 +341,12 @@ def test_a_step_turns_what_is_carried(form: str) -> None:
     entries["bodies"][0]["shape"] = {"type": "box", "lower": [-0.5, 0.2], "upper": [0.5, 1.3]}
     simulation = Simulation(Model.from_dict(entries))
     simulation.check()
-    (made,) = simulation.implicit
+    (made,) = simulation.state.implicit
     made.carried = np.random.default_rng(9).uniform(-1, 1, made.carried.shape)
     start = made.carried.copy()
-    active = locate(simulation.points, simulation.grid, Buffers())
+    active = locate(simulation.state.points, simulation.state.grid, Buffers())
     constraints = ImplicitConstraints.gather(
-        [made], simulation.points, active, "plane_strain", 0.0, 0.5
+        [made], simulation.state.points, active, "plane_strain", 0.0, 0.5
     )
     (part,) = constraints.parts
     half, whole = rotation_matrix(15.0, None, 2), rotation_matrix(30.0, None, 2)

@@ -89,14 +89,14 @@ def test_the_case_is_worth_resuming(model: Model) -> None:
     touched: list[bool] = []
 
     def look(simulation: Simulation, result: StepResult, time: float) -> None:
-        for boundary in simulation.implicit:
+        for boundary in simulation.state.implicit:
             if boundary.name in sizes:
                 sizes[boundary.name].append(len(boundary.carried))
             if boundary.name == "pillar":
                 touched.append(bool(boundary.carried.any()))
 
     simulation = march(model, look)
-    assert simulation.points.plastic[:, 0].max() > 0.1
+    assert simulation.state.points.plastic[:, 0].max() > 0.1
     base = sizes["base"]
     if model.boundaries[0].form == "surface":  # the band holds the soil's foot back
         assert base[0] < base[-1]
@@ -116,7 +116,7 @@ def test_checkpoint_holds_the_tractions(
         assert carried.shape[1] == (2 if wall.form == "surface" else 11)
         assert carried[:, :2].any() == (wall.name != "pillar")
     simulation = Simulation.restored(model, arrays)
-    for number, boundary in enumerate(simulation.implicit):
+    for number, boundary in enumerate(simulation.state.implicit):
         assert boundary.carried.tobytes() == arrays[f"boundary {number}.carried"].tobytes()
 
 

@@ -83,7 +83,7 @@ def test_platen_squeezes_a_block_to_half_its_height(
 
     def compare(simulation: Simulation, result: StepResult, time: float) -> None:
         exact = confined_stress(model, kind, time)
-        error = np.abs(tensor(simulation.points.stress) - exact).max(axis=(1, 2))
+        error = np.abs(tensor(simulation.state.points.stress) - exact).max(axis=(1, 2))
         force = exact[vertical, vertical] * area
         reaction = result.resultant("platen")[vertical] / force - 1.0
         errors.append(np.array([abs(reaction), error.mean() / np.abs(exact).max()]))
@@ -134,7 +134,7 @@ def test_mean_stress_is_that_of_the_reactions(
     base = 0.3 * CELL[kind]
 
     def compare(simulation: Simulation, result: StepResult, time: float) -> None:
-        points = simulation.points
+        points = simulation.state.points
         stress = points.volume @ points.stress[:, vertical]
         height = result.active.position[:, vertical] + result.equilibrium.displacement[:, vertical]
         force = result.reaction[:, vertical].copy()
@@ -172,7 +172,7 @@ def test_disc_whose_rim_shrinks(basis: str) -> None:
         entries["bodies"][0]["points_per_cell"] = points
         model = Model.from_dict(entries)
         simulation, results = steps_of(model)
-        found = simulation.points
+        found = simulation.state.points
         start = found.position - found.displacement - DISC["centre"]
         share = (0.3 if basis == "linear" else 0.1) / points
         assert np.abs(found.displacement + 0.1 * start).max() < share * 0.1
@@ -210,11 +210,11 @@ def test_box_carries_its_soil(
     box = implicit("box", {**SQUARE, "soil": "inside"}, condition, form=form, **motion)
     model = model_of("plane_strain", basis, SQUARE, [box], steps=4)
     simulation, results = steps_of(model)
-    points = simulation.points
+    points = simulation.state.points
     assert np.abs(points.stress).max() < 1e-10 * MODULUS
     assert all(np.abs(r.forces["box"]).max() < 1e-10 * MODULUS for r in results)
     start = points.position - points.displacement
-    there = simulation.implicit[0].motion.position(start, 1.0)
+    there = simulation.state.implicit[0].motion.position(start, 1.0)
     assert np.abs(points.displacement).max() > 0.5
     assert np.abs(points.position - there).max() < 1e-10
 
@@ -226,8 +226,8 @@ def test_wheel_turns_in_its_rim_without_friction() -> None:
     constrained = implicit("pin", flat(DISC["centre"], [1.0, 0.0]), "tangential")
     entries = model_of("plane_strain", "gimp", DISC, [rim, constrained]).to_dict()
     simulation, _ = steps_of(Model.from_dict(entries))
-    assert np.abs(simulation.points.stress).max() < 1e-10 * MODULUS
-    assert np.abs(simulation.points.displacement).max() < 1e-10
+    assert np.abs(simulation.state.points.stress).max() < 1e-10 * MODULUS
+    assert np.abs(simulation.state.points.displacement).max() < 1e-10
 
 
 # --- conditions ----------------------------------------------------------------------------------
@@ -251,7 +251,7 @@ def test_components_that_a_condition_holds(form: str, condition: str) -> None:
     simulation = Simulation(model_of("plane_strain", "gimp", SQUARE, [base, lid], steps=1))
     active = simulation.check()
     constraints = ImplicitConstraints.gather(
-        simulation.implicit, simulation.points, active, simulation.kind, 0.0, 1.0
+        simulation.state.implicit, simulation.state.points, active, simulation.setup.kind, 0.0, 1.0
     )
     result = simulation.advance(0.0, 1.0)
     force = result.forces["base"]
@@ -259,7 +259,7 @@ def test_components_that_a_condition_holds(form: str, condition: str) -> None:
     assert size > 1e-4 * MODULUS
     if form == "surface":
         assert np.abs(force @ free).max() < 1e-9 * size
-    carried = simulation.implicit[0].carried[:, :2]
+    carried = simulation.state.implicit[0].carried[:, :2]
     assert np.abs(carried @ free).max() < 1e-9 * np.abs(carried @ constrained).max()
     (base_part, _) = constraints.parts
     moved = base_part.at.interpolate(result.equilibrium.displacement)
@@ -288,7 +288,7 @@ def test_two_conditions_make_a_fixed_base() -> None:
         model = model_of("plane_strain", "gimp", shape, walls, loads=[gravity(2)], steps=2)
         simulation, _ = steps_of(model)
         results.append(by_number(simulation))
-    assert np.abs(simulation.points.displacement).max() > 5e-3
+    assert np.abs(simulation.state.points.displacement).max() > 5e-3
     assert np.abs(results[1] - results[0]).max() < 1e-12
     assert np.abs(results[2] - results[0]).max() < 1e-6
 
@@ -306,8 +306,8 @@ def test_beside_conditions_on_grid_lines() -> None:
     simulation, results = steps_of(model)
     gradient = np.diag([1.0, (size - 0.4) / (size - 0.1), 1.0])
     exact = hencky_cauchy_stress(gradient, model.materials["soil"])
-    assert tensor(simulation.points.stress) == pytest.approx(
-        np.broadcast_to(exact, (len(simulation.points), 3, 3)), abs=1e-5 * np.abs(exact).max()
+    assert tensor(simulation.state.points.stress) == pytest.approx(
+        np.broadcast_to(exact, (len(simulation.state.points), 3, 3)), abs=1e-5 * np.abs(exact).max()
     )
     assert results[-1].resultant("platen") == pytest.approx([0.0, exact[1, 1] * size], abs=1e-3)
     assert results[-1].resultant("base") == pytest.approx([0.0, -exact[1, 1] * size], abs=1e-3)

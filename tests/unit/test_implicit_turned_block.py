@@ -27,7 +27,7 @@ def errors(basis: str, holder: str, angle: float, steps: int) -> list[float]:
         rotation[:2, :2] = [[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]
         exact = rotation @ STRESS @ rotation.T
         xx, yy, zz, xy = exact[0, 0], exact[1, 1], exact[2, 2], exact[0, 1]
-        difference = simulation.points.stress[:, :4] - [xx, yy, zz, xy]
+        difference = simulation.state.points.stress[:, :4] - [xx, yy, zz, xy]
         found.append(float(np.abs(difference).max()) / 100.0)
 
     march(turned_block(basis, holder, angle, steps), after_step)
@@ -64,7 +64,7 @@ def test_stress_in_a_box_that_turns_in_space(basis: str) -> None:
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
         rotation = Rotation.from_rotvec([0.0, np.pi * time, 0.0]).as_matrix()
         exact = rotation @ STRESS @ rotation.T
-        difference = simulation.points.stress - exact[[0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]]
+        difference = simulation.state.points.stress - exact[[0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]]
         found.append(float(np.abs(difference).max()) / 100.0)
 
     march(turned_block_in_space(basis, 180.0, 12), after_step)
@@ -83,7 +83,7 @@ def test_stress_in_a_tilted_box_in_space(basis: str, angle: float) -> None:
     found = []
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
-        difference = simulation.points.stress - STRESS[[0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]]
+        difference = simulation.state.points.stress - STRESS[[0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]]
         found.append(float(np.abs(difference).max()) / 100.0)
 
     march(Model.from_dict(entries), after_step)

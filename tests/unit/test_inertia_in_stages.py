@@ -55,13 +55,13 @@ def test_a_body_at_rest_stays_at_rest_when_inertia_begins() -> None:
     """
     still = {**REST, "schedule": {"end": 1.0, "steps": 10}}
     moving = {**DROP, "activate": [], "schedule": {"end": 0.05, "steps": 10}}
-    before = ended(staged(still, **AT_REST)).simulation.bodies[0]
+    before = ended(staged(still, **AT_REST)).simulation.state.bodies[0]
     entries = staged(still, moving, **AT_REST)
     entries["analysis"]["inertia"]["damping"] = {"mass": 20.0}
     analysis = StagedAnalysis(Model.from_dict(entries))
     analysis.check()
     for _ in analysis.steps():
-        body = analysis.simulation.bodies[0]
+        body = analysis.simulation.state.bodies[0]
         if analysis.number == 1:
             assert body.force[1] == pytest.approx(before.force[1], rel=0.2)
             assert body.displacement[1] == pytest.approx(before.displacement[1], abs=1e-3)
@@ -72,7 +72,7 @@ def test_two_stages_with_inertia_are_as_one() -> None:
     """In the middle of an impact."""
     one = ended(staged(REST, {**DROP, "schedule": {"end": 0.04, "steps": 8}}))
     two = ended(staged(REST, DROP, MORE))
-    body, same = one.simulation.bodies[0], two.simulation.bodies[0]
+    body, same = one.simulation.state.bodies[0], two.simulation.state.bodies[0]
     assert np.abs(two.out_of_balance).max() < 0.02 * body.force[1]
     assert same.displacement[1] == pytest.approx(body.displacement[1], rel=2e-3)
     assert body.inertia is not None
@@ -82,19 +82,19 @@ def test_two_stages_with_inertia_are_as_one() -> None:
 
 
 def test_motion_goes_on_on_another_grid() -> None:
-    first = ended(staged(REST, DROP)).simulation.bodies[0]
+    first = ended(staged(REST, DROP)).simulation.state.bodies[0]
     analysis = ended(staged(REST, DROP, {**MORE, "grid": {"cell_size": 0.1, "origin": [0.03, 0]}}))
-    body = analysis.simulation.bodies[0]
+    body = analysis.simulation.state.bodies[0]
     assert first.inertia is not None
     expected = first.inertia.motion.velocity[1] * 0.01
     assert body.displacement[1] - first.displacement[1] == pytest.approx(expected, rel=0.15)
-    assert np.isfinite(analysis.simulation.points.motion).all()
+    assert np.isfinite(analysis.simulation.state.points.motion).all()
 
 
 def test_a_body_that_comes_later_falls_exactly() -> None:
     """From its first step on, in a stage that follows one with inertia."""
     entries = staged(REST, {**DROP, "activate": []}, {**MORE, "activate": ["ball"]}, gap=0.5)
-    body = ended(entries).simulation.bodies[0]
+    body = ended(entries).simulation.state.bodies[0]
     exact = -1.0 * 0.01 - 0.5 * GRAVITY * 0.01**2
     assert body.displacement[1] == pytest.approx(exact, rel=1e-9)
 
@@ -110,13 +110,13 @@ def test_a_stage_without_inertia_stops_what_moves(tmp_path: Path) -> None:
     for _ in analysis.steps():
         if analysis.number == 2:
             simulation = analysis.simulation
-            body = simulation.bodies[0]
+            body = simulation.state.bodies[0]
             assert body.inertia is not None
             assert body.inertia.energy() == 0.0
-            assert not simulation.points.motion.any()
+            assert not simulation.state.points.motion.any()
             assert body.force[1] == pytest.approx(weight, rel=1e-6)
             rest = body.displacement[1]
-    assert analysis.simulation.bodies[0].displacement[1] == pytest.approx(rest, rel=0.05)
+    assert analysis.simulation.state.bodies[0].displacement[1] == pytest.approx(rest, rel=0.05)
     run(Model.from_dict(entries), tmp_path / "out", quiet=True)
     log = (tmp_path / "out" / "log.txt").read_text(encoding="utf-8")
     assert log.count("the stage 'later' has no inertia: what moves is at rest from its start") == 1

@@ -60,16 +60,16 @@ def test_the_energies_of_an_impact_add_up(kind: str, basis: str, material: str) 
     """What is in none of them, of the time integration and the projection, is below 5 %."""
     simulation = Simulation(Model.from_dict(falling_block(kind, basis, material)))
     simulation.check()
-    energies = Energies.at_start(simulation)
-    schedule = simulation.model.schedule
-    kinetic = energies.start - simulation.points.stored_energy()
+    energies = Energies.at_start(simulation.setup, simulation.state)
+    schedule = simulation.setup.model.schedule
+    kinetic = energies.start - simulation.state.points.stored_energy()
     for number in range(STEPS):
         times = schedule.regular_time(number), schedule.regular_time(number + 1)
         energies.add(simulation.advance(*times))
-    points = simulation.points
+    points = simulation.state.points
     for name, array in points.arrays().items():
         assert np.isfinite(array).all(), name
-    found = energies.values(simulation, schedule.end)
+    found = energies.values(simulation.setup, simulation.state, schedule.end)
     assert list(found) == list(ENERGY_KINDS)
     assert found["plastic_dissipation"] >= 0.0
     assert abs(found["kinetic"] - kinetic) > 0.05 * kinetic

@@ -65,9 +65,9 @@ def found(entries: dict[str, Any]) -> tuple[Simulation, InitialEquilibrium]:
 @pytest.mark.parametrize("basis", BASES)
 def test_a_bench_is_in_equilibrium_where_it_is(kind: str, basis: str) -> None:
     entries = bench(kind, basis)
-    before = by_number(Simulation(Model.from_dict(entries)).points)
+    before = by_number(Simulation(Model.from_dict(entries)).state.points)
     simulation, report = found(entries)
-    after = by_number(simulation.points)
+    after = by_number(simulation.state.points)
     assert report.residual_before > 1e-3
     assert report.residual_after < 1e-8
     for name in WHERE:
@@ -77,14 +77,16 @@ def test_a_bench_is_in_equilibrium_where_it_is(kind: str, basis: str) -> None:
     np.testing.assert_array_equal(report.place, after["position"][change.argmax()])
     result = simulation.advance(0.0, 1.0)
     assert result.equilibrium.iterations == 0
-    assert np.abs(simulation.points.displacement).max() < 1e-15  # cpdi2 has round-off of corners
+    assert (
+        np.abs(simulation.state.points.displacement).max() < 1e-15
+    )  # cpdi2 has round-off of corners
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_reactions_at_the_start_carry_the_weight(kind: str) -> None:
     simulation, report = found(bench(kind, "gimp"))
     up = dimension(kind) - 1
-    total = 5.0 * simulation.points.mass.sum()
+    total = 5.0 * simulation.state.points.mass.sum()
     assert report.result.resultant(f"low {'xyz'[up]}")[up] == pytest.approx(total, rel=1e-7)
 
 
@@ -106,7 +108,7 @@ def test_soil_that_yields(law: str, changed: dict[str, Any], change: dict[str, A
     simulation, report = found(entries)
     assert report.residual_after < 1e-8
     if not law.startswith("undrained"):
-        assert (simulation.points.plastic[:, 0] > 0.0).any()
+        assert (simulation.state.points.plastic[:, 0] > 0.0).any()
     result = simulation.advance(0.0, 1.0)
     assert result.equilibrium.iterations == 0
 
@@ -114,7 +116,7 @@ def test_soil_that_yields(law: str, changed: dict[str, Any], change: dict[str, A
 def test_stress_follows_from_the_elastic_strain() -> None:
     """Hencky's law: Kirchhoff, here Cauchy, stress is linear in the logarithmic elastic strain."""
     simulation, _ = found(bench("plane_strain", "gimp"))
-    points, (modulus, nu) = simulation.points, (1000.0, 0.3)
+    points, (modulus, nu) = simulation.state.points, (1000.0, 0.3)
     shear, lame = modulus / 2.6, modulus * nu / (1.3 * 0.4)
     strain = points.elastic_strain
     expected = 2.0 * shear * strain
@@ -136,7 +138,7 @@ def test_gravity_loading_of_level_ground(kind: str, basis: str) -> None:
     entries["boundaries"][dimension(kind) - 1]["condition"] = "roller"
     entries["initial"]["stress"] = [{"type": "gravity", "body": "block", "steps": 3}]
     simulation, report = found(entries)
-    points, up = simulation.points, dimension(kind) - 1
+    points, up = simulation.state.points, dimension(kind) - 1
     weight_above = 10.0 * (3.5 - np.floor(points.position[:, up]))
     np.testing.assert_allclose(points.stress[:, up], -weight_above, rtol=1e-7)
     np.testing.assert_allclose(points.stress[:, 0], -0.3 / 0.7 * weight_above, rtol=1e-7)
@@ -155,7 +157,7 @@ def test_gravity_loading_of_weak_soil_in_parts_until_it_fails() -> None:
             body["anti_locking"] = "f_bar"
         if stands:
             simulation, _ = found(entries)
-            assert (simulation.points.plastic[:, 0] > 0.0).any()
+            assert (simulation.state.points.plastic[:, 0] > 0.0).any()
             continue
         message = r"no equilibrium with the loads .* at time 0: .* at the point \d+ at \("
         with pytest.raises(AnalysisFailed, match=message):
@@ -166,11 +168,11 @@ def test_plastic_strain_is_reset_on_request() -> None:
     changed = {"cohesion": 3.6, "friction_angle": 13.0, "dilation_angle": 0.0}
     entries = bench("plane_strain", "gimp", **changed)
     kept, _ = found(entries)
-    assert kept.points.plastic[:, 0].max() > 0.0
+    assert kept.state.points.plastic[:, 0].max() > 0.0
     entries["initial"]["reset_plastic_strain"] = True
     reset, _ = found(entries)
-    assert not reset.points.plastic.any()
-    np.testing.assert_array_equal(reset.points.stress, kept.points.stress)
+    assert not reset.state.points.plastic.any()
+    np.testing.assert_array_equal(reset.state.points.stress, kept.state.points.stress)
 
 
 def test_hardened_soil_cannot_lose_its_plastic_strain() -> None:
@@ -189,11 +191,11 @@ def test_implicit_boundaries_carry_the_soil_from_the_start() -> None:
         "geometry": {"type": "plane", "point": [0.0, 0.0], "normal": [0.0, 1.0]},
     }  # fmt: skip
     simulation, report = found(entries)
-    weight = 5.0 * simulation.points.mass.sum()
+    weight = 5.0 * simulation.state.points.mass.sum()
     assert report.result.resultant("base")[1] == pytest.approx(weight, rel=1e-6)
     result = simulation.advance(0.0, 1.0)
     assert result.resultant("base")[1] == pytest.approx(weight, rel=1e-6)
-    assert np.abs(simulation.points.displacement).max() < 1e-9
+    assert np.abs(simulation.state.points.displacement).max() < 1e-9
 
 
 def test_tracked_surfaces_stay_and_their_loads_are_balanced() -> None:
@@ -205,10 +207,10 @@ def test_tracked_surfaces_stay_and_their_loads_are_balanced() -> None:
     )  # fmt: skip
     entries["initial"]["stress"][0]["surcharge"] = 10.0
     simulation = Simulation(Model.from_dict(entries))
-    before = simulation.surfaces["block"].shape().position.copy()
+    before = simulation.state.surfaces["block"].shape().position.copy()
     report = find_initial_equilibrium(simulation)
-    np.testing.assert_array_equal(simulation.surfaces["block"].shape().position, before)
-    total = 5.0 * simulation.points.mass.sum() + 20.0
+    np.testing.assert_array_equal(simulation.state.surfaces["block"].shape().position, before)
+    total = 5.0 * simulation.state.points.mass.sum() + 20.0
     assert report.result.resultant("low y")[1] == pytest.approx(total, rel=1e-7)
 
 
@@ -218,10 +220,10 @@ def test_a_state_in_equilibrium_stays_to_the_last_bit() -> None:
     entries["bodies"][0]["shape"] = {"type": "box", "lower": [0.0, 0.0], "upper": [4.0, 4.0]}
     entries["boundaries"][1] = plane("low y", "y", 0.0)
     entries["initial"]["stress"] = entries["initial"]["stress"][:1]
-    before = by_number(Simulation(Model.from_dict(entries)).points)
+    before = by_number(Simulation(Model.from_dict(entries)).state.points)
     simulation, report = found(entries)
     assert report.iterations == 0
-    after = by_number(simulation.points)
+    after = by_number(simulation.state.points)
     assert all(before[name].tobytes() == after[name].tobytes() for name in before)
     assert report.text("kPa").startswith("in equilibrium as declared")
 

@@ -43,14 +43,14 @@ def level_ground(kind: str, basis: str, law: str = "mohr_coulomb", **entry: Any)
 def test_level_ground_at_rest_stays_at_rest(kind: str, basis: str, law: str) -> None:
     """The weight of the points is in equilibrium with their stress: nothing moves."""
     simulation = Simulation(Model.from_dict(level_ground(kind, basis, law)))
-    before, number = simulation.points.stress.copy(), simulation.points.point_id.copy()
+    before, number = simulation.state.points.stress.copy(), simulation.state.points.point_id.copy()
     up = dimension(kind) - 1
-    depth = 2.0 - simulation.points.position[:, up]
+    depth = 2.0 - simulation.state.points.position[:, up]
     np.testing.assert_allclose(before[:, up], -10.0 * depth, rtol=1e-14)
     np.testing.assert_allclose(before[:, 0], -5.0 * depth, rtol=1e-14)
     result = simulation.advance(0.0, 1.0)
-    assert np.abs(simulation.points.displacement).max() < 1e-12
-    after = simulation.points.stress[simulation.points.index_of(number)]
+    assert np.abs(simulation.state.points.displacement).max() < 1e-12
+    after = simulation.state.points.stress[simulation.state.points.index_of(number)]
     np.testing.assert_allclose(after, before, rtol=0, atol=1e-9)
     base = result.resultant(f"low {'xyz'[up]}")[up]
     area = np.pi * 4.0 if kind == "axisymmetric" else 2.0 ** (dimension(kind) - 1)
@@ -64,7 +64,7 @@ def test_cam_clay_under_a_surcharge() -> None:
     entries["materials"]["soil"] = material_entries("modified_cam_clay", **clay)
     entries["boundaries"].append(plane("top", "y", 2.0))
     simulation = Simulation(Model.from_dict(entries))
-    points = simulation.points
+    points = simulation.state.points
     vertical = SURCHARGE + 10.0 * (2.0 - points.position[:, 1])
     p, q = 2.0 / 3.0 * vertical, 0.5 * vertical
     expected = 1.5 * (p + q**2 / (1.2**2 * p))

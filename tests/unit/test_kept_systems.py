@@ -60,7 +60,7 @@ def test_an_iteration_near_the_solution_keeps_the_matrix(
     counted(Balance, "fill_stiffness")
     counted(Balance, "linearised")
     simulation = Simulation(footing(**{"analysis.solver": solver, "analysis.tolerance": 1e-8}))
-    time = simulation.model.schedule.regular_time
+    time = simulation.setup.model.schedule.regular_time
     for step in range(6):
         residuals = simulation.advance(time(step), time(step + 1)).equilibrium.residuals
         assert residuals[-1] <= 1e-8
@@ -72,7 +72,7 @@ def test_an_iteration_near_the_solution_keeps_the_matrix(
 def test_nodes_to_be_solved_exactly() -> None:
     """All of them, and where these are too many the larger and the smaller part."""
     simulation = Simulation(footing())
-    time = simulation.model.schedule.regular_time
+    time = simulation.setup.model.schedule.regular_time
     simulation.advance(0.0, time(1))
     step = simulation.prepare(time(1), time(2))
     soil = simulation.soil_on(step.active)

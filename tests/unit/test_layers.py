@@ -59,10 +59,10 @@ def test_two_layers_of_one_material_are_that_material(kind: str, basis: str) -> 
     entries["materials"]["sand"] = entries["materials"]["clay"]
     whole = {**entries, "bodies": [{**entries["bodies"][0], "material": "clay"}]}
     del whole["bodies"][0]["layers"]
-    reference = march(Model.from_dict(whole)).points
+    reference = march(Model.from_dict(whole)).state.points
     for bottom in (1.0, 0.6):
         entries["bodies"][0]["layers"][0]["bottom"] = bottom
-        points = march(Model.from_dict(entries)).points
+        points = march(Model.from_dict(entries)).state.points
         first, second = by_place(points), by_place(reference)
         for name in ("position", "stress", "deformation_gradient"):
             scale = np.abs(getattr(reference, name)).max()
@@ -82,7 +82,7 @@ def test_stress_under_the_weight_of_the_layers(kind: str) -> None:
     for material in entries["materials"].values():
         material["poisson_ratio"] = 0.0
     entries["loads"] = [weight(kind, 1e-3)]
-    points = march(Model.from_dict(entries)).points
+    points = march(Model.from_dict(entries)).state.points
     up = dimension(kind) - 1
     z = (points.position - points.displacement)[:, up]
     exact = -1e-3 * np.where(z > 1.0, 2.0 * (2.0 - z), 2.0 + 1.5 * (1.0 - z))

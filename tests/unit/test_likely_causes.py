@@ -41,7 +41,9 @@ def causes_of(entries: dict[str, Any], until: float = 0.0, failure: StepFailed =
     if until:
         simulation.advance(0.0, until)
         clock.accept(until)
-    return "; ".join(likely_causes(simulation, clock, failure))
+    return "; ".join(
+        likely_causes(simulation.setup, simulation.state, simulation.services, clock, failure)
+    )
 
 
 def test_weight_beyond_collapse_names_the_limit_load(tmp_path: Path) -> None:
@@ -90,9 +92,13 @@ def test_a_motion_that_nothing_holds_any_more_is_named() -> None:
     model = Model.from_dict(entries)
     simulation, clock = Simulation(model), Clock(model.schedule)
     simulation.check()
-    assert "not constrained" not in "; ".join(likely_causes(simulation, clock, FAILURE))
-    simulation.points.position[:, 1] += 3.0
-    text = "; ".join(likely_causes(simulation, clock, FAILURE))
+    assert "not constrained" not in "; ".join(
+        likely_causes(simulation.setup, simulation.state, simulation.services, clock, FAILURE)
+    )
+    simulation.state.points.position[:, 1] += 3.0
+    text = "; ".join(
+        likely_causes(simulation.setup, simulation.state, simulation.services, clock, FAILURE)
+    )
     assert "is not constrained against translation along y" in text
     assert "lost the boundaries that held it" in text
 
@@ -147,10 +153,14 @@ def test_domains_that_grew_are_named(basis: str, size: str) -> None:
     entries["bodies"][0]["basis"] = basis
     model = Model.from_dict(entries)
     simulation, clock = Simulation(model), Clock(model.schedule)
-    assert "domains" not in "; ".join(likely_causes(simulation, clock, FAILURE))
-    points = simulation.points
+    assert "domains" not in "; ".join(
+        likely_causes(simulation.setup, simulation.state, simulation.services, clock, FAILURE)
+    )
+    points = simulation.state.points
     points.half_length[:7] = 1.1 if basis == "cpdi1" else 0.5
-    text = "; ".join(likely_causes(simulation, clock, FAILURE))
+    text = "; ".join(
+        likely_causes(simulation.setup, simulation.state, simulation.services, clock, FAILURE)
+    )
     assert f"the domains of 7 of {len(points)} points of the body 'block' are {size}" in text
     assert ("domain_update" in text) == (basis == "gimp")
 
@@ -184,8 +194,16 @@ def test_f_bar_is_advised_where_soil_keeps_its_volume_only(
     if f_bar:
         entries["bodies"][0]["anti_locking"] = "f_bar"
     simulation = Simulation(Model.from_dict(entries))
-    simulation.points.elastic_share[:20] = 0.1
-    text = "; ".join(likely_causes(simulation, Clock(simulation.model.schedule), FAILURE))
+    simulation.state.points.elastic_share[:20] = 0.1
+    text = "; ".join(
+        likely_causes(
+            simulation.setup,
+            simulation.state,
+            simulation.services,
+            Clock(simulation.setup.model.schedule),
+            FAILURE,
+        )
+    )
     assert "anti_locking" not in text if said is None else said in text
     assert text.count("anti_locking") <= 1
 
@@ -200,8 +218,16 @@ def test_layers_of_a_body_are_told_apart(f_bar: bool) -> None:
     body |= {"layers": [{"material": "sand", "bottom": 2.0}, {"material": "soil"}]}
     body["anti_locking"] = "f_bar" if f_bar else "none"
     simulation = Simulation(Model.from_dict(entries))
-    simulation.points.elastic_share[:] = 0.1
-    text = "; ".join(likely_causes(simulation, Clock(simulation.model.schedule), FAILURE))
+    simulation.state.points.elastic_share[:] = 0.1
+    text = "; ".join(
+        likely_causes(
+            simulation.setup,
+            simulation.state,
+            simulation.services,
+            Clock(simulation.setup.model.schedule),
+            FAILURE,
+        )
+    )
     if not f_bar:
         assert '"f_bar", with sand as a body of its own without it' in text
         return
@@ -212,11 +238,15 @@ def test_layers_of_a_body_are_told_apart(f_bar: bool) -> None:
 def test_soil_that_has_come_apart_is_named() -> None:
     entries = clay_block(0.0)
     simulation = Simulation(Model.from_dict(entries))
-    clock = Clock(simulation.model.schedule)
-    assert "torn off" not in "; ".join(likely_causes(simulation, clock, FAILURE))
-    simulation.points.deformation_gradient[5] *= 1.3
-    worst = simulation.points.point_id[5]
-    text = "; ".join(likely_causes(simulation, clock, FAILURE))
+    clock = Clock(simulation.setup.model.schedule)
+    assert "torn off" not in "; ".join(
+        likely_causes(simulation.setup, simulation.state, simulation.services, clock, FAILURE)
+    )
+    simulation.state.points.deformation_gradient[5] *= 1.3
+    worst = simulation.state.points.point_id[5]
+    text = "; ".join(
+        likely_causes(simulation.setup, simulation.state, simulation.services, clock, FAILURE)
+    )
     assert f"1 points have more than 1.5 times their volume, most of all {worst} at (" in text
 
 
@@ -228,8 +258,8 @@ def test_naming_causes_changes_no_result() -> None:
         simulation.advance(0.0, 0.5)
     clock = Clock(model.schedule)
     clock.accept(0.5)
-    likely_causes(asked, clock, FAILURE)
+    likely_causes(asked.setup, asked.state, asked.services, clock, FAILURE)
     for simulation in (plain, asked):
         simulation.advance(0.5, 1.0)
-    assert np.array_equal(plain.points.stress, asked.points.stress)
-    assert np.array_equal(plain.points.position, asked.points.position)
+    assert np.array_equal(plain.state.points.stress, asked.state.points.stress)
+    assert np.array_equal(plain.state.points.position, asked.state.points.position)

@@ -39,10 +39,10 @@ def solid(load: dict[str, Any], **changed: Any) -> dict[str, Any]:
 
 
 def on_first_step(simulation: Simulation) -> tuple[SurfaceLoads, ActiveGrid]:
-    active = locate(simulation.points, simulation.grid, Buffers())
-    model = simulation.model
+    active = locate(simulation.state.points, simulation.state.grid, Buffers())
+    model = simulation.setup.model
     loads = SurfaceLoads(
-        declared_loads(model), model.analysis.kind, simulation.surfaces, active, 0.0, 1.0
+        declared_loads(model), model.analysis.kind, simulation.state.surfaces, active, 0.0, 1.0
     )
     return loads, active
 
@@ -84,10 +84,10 @@ def test_it_moves_with_the_soil(name: str, follower: bool) -> None:
     bent = BENT @ np.diag([2.0, 1.0, 1.0])
     entries = solid(load, boundaries=[affine(bent)], schedule={"steps": 4})
     simulation = Simulation(Model.from_dict(entries))
-    triangles = len(simulation.surfaces["block"].shape().cells)
+    triangles = len(simulation.state.surfaces["block"].shape().cells)
     for k in range(4):
         simulation.advance(k / 4, (k + 1) / 4)
-    assert len(simulation.surfaces["block"].shape().cells) > 1.2 * triangles
+    assert len(simulation.state.surfaces["block"].shape().cells) > 1.2 * triangles
     area, centroid = moments_of(Region(**REGIONS[name]))
     cofactor = np.linalg.det(bent) * np.linalg.inv(bent).T if follower else np.eye(3)
     force, moment = resultant(simulation)

@@ -70,16 +70,18 @@ def test_force_rides_on_its_points_when_these_are_reordered() -> None:
     )  # fmt: skip
     entries["grid"]["cell_size"] = 0.4
     simulation = Simulation(Model.from_dict(entries))
-    first = simulation.loads.force(simulation.points, 1.0)
-    number = simulation.points.point_id[first.any(axis=1)]
+    first = simulation.setup.loads.force(simulation.state.points, 1.0)
+    number = simulation.state.points.point_id[first.any(axis=1)]
     for k in range(8):
         simulation.advance(k / 8, (k + 1) / 8)
-    assert not np.array_equal(simulation.points.point_id, np.sort(simulation.points.point_id))
-    force = simulation.loads.force(simulation.points, 1.0)
-    carrying = simulation.points.point_id[force.any(axis=1)]
+    assert not np.array_equal(
+        simulation.state.points.point_id, np.sort(simulation.state.points.point_id)
+    )
+    force = simulation.setup.loads.force(simulation.state.points, 1.0)
+    carrying = simulation.state.points.point_id[force.any(axis=1)]
     assert len(number) > 1
     assert sorted(carrying.tolist()) == sorted(number.tolist())
-    of_points = force[simulation.points.index_of(number)]
+    of_points = force[simulation.state.points.index_of(number)]
     assert np.array_equal(of_points, first[first.any(axis=1)])
 
 
@@ -143,11 +145,11 @@ def test_work_of_a_dead_force_is_force_times_displacement() -> None:
         boundaries=[affine(np.array([[1.1, 0.2], [0.0, 0.9]]))],
     )  # fmt: skip
     simulation = Simulation(Model.from_dict(entries))
-    force: Floats = simulation.loads.force(simulation.points, 1.0)
+    force: Floats = simulation.setup.loads.force(simulation.state.points, 1.0)
     active = simulation.check()
     nodal = simulation.soil_on(active).scatter(force)
     simulation.advance(0.0, 1.0)
     displacement = active.position @ np.array([[0.1, 0.2], [0.0, -0.1]]).T
-    loaded_point = simulation.points.index_of(np.array([15]))[0]
-    expected = np.array([3.0, -4.0]) @ simulation.points.displacement[loaded_point]
+    loaded_point = simulation.state.points.index_of(np.array([15]))[0]
+    expected = np.array([3.0, -4.0]) @ simulation.state.points.displacement[loaded_point]
     assert (nodal * displacement).sum() == pytest.approx(expected, rel=1e-13)

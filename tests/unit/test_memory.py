@@ -70,7 +70,7 @@ def test_size_from_the_shape_is_that_of_the_points(name: str) -> None:
     simulation = Simulation(model)
     declared = memory_of(model)
     active = simulation.prepare(0.0, 1.0).active
-    found = memory_of(model, simulation.points, active)
+    found = memory_of(model, simulation.state.points, active)
     # only the surface is not resolved: a layer of half a cell of it, relative to the volume
     assert declared.points == pytest.approx(found.points, rel=0.06)
     assert declared.cells == pytest.approx(found.cells, rel=0.2)

@@ -17,8 +17,9 @@ from staged_problems import staged_entries
 
 from tilth import Model, run
 from tilth.analysis.motions import motion_columns, motion_values
-from tilth.analysis.simulation import Simulation, StepResult
+from tilth.analysis.simulation import Simulation
 from tilth.analysis.step import Equilibrium
+from tilth.analysis.step_result import StepResult
 from tilth.output import read_history
 from tilth.output.history import Mark, mark_of, with_columns
 from tilth.report.html import write_report
@@ -78,8 +79,14 @@ def test_pressure_of_a_uniform_traction(kind: str, type_: str, soil: str) -> Non
     force = part.nodal_force(7.0 * part.pose.normal, active.nodes)
     moved = Equilibrium(np.zeros(force.shape), (), np.zeros(force.shape), force, force)
     result = StepResult(active, moved, {"hole": force}, 0.0, 0.0, constraints.areas)
-    names = [name for name, _ in motion_columns(simulation.model)]
-    values = dict(zip(names, motion_values(simulation.model, simulation, result), strict=True))
+    names = [name for name, _ in motion_columns(simulation.setup.model)]
+    values = dict(
+        zip(
+            names,
+            motion_values(simulation.setup.model, simulation.setup, simulation.state, result),
+            strict=True,
+        )
+    )
     assert values["hole pressure"] == pytest.approx(7.0, rel=1e-10)
     assert values["hole radius_change"] == 0.0
     assert constraints.areas["hole"] == pytest.approx(0.5 * math.pi, rel=0.02)
@@ -101,8 +108,14 @@ def test_moment_is_about_the_moving_centre() -> None:
     entries["grid"]["cell_size"], entries["boundaries"] = 0.5, [*rollers("plane_strain"), lid]
     simulation = Simulation(Model.from_dict(entries))
     result = simulation.advance(0.0, 0.25)
-    names = [name for name, _ in motion_columns(simulation.model)]
-    values = dict(zip(names, motion_values(simulation.model, simulation, result), strict=True))
+    names = [name for name, _ in motion_columns(simulation.setup.model)]
+    values = dict(
+        zip(
+            names,
+            motion_values(simulation.setup.model, simulation.setup, simulation.state, result),
+            strict=True,
+        )
+    )
     assert values["lid displacement_y"] == pytest.approx(-0.025)
     assert values["lid rotation_z"] == pytest.approx(1.0)
     force, place = result.forces["lid"], result.active.position + result.equilibrium.displacement

@@ -195,12 +195,12 @@ def test_whole_run_gives_the_direct_solvers_result() -> None:
         simulation = Simulation(footing(**{"analysis.solver": name}))
         for step in range(4):
             simulation.advance(
-                simulation.model.schedule.regular_time(step),
-                simulation.model.schedule.regular_time(step + 1),
+                simulation.setup.model.schedule.regular_time(step),
+                simulation.setup.model.schedule.regular_time(step + 1),
             )
         assert not any("direct solver" in text for text in simulation.services.warnings.texts)
-        found[name] = simulation.points.displacement[
-            simulation.points.index_of(np.arange(len(simulation.points)))
+        found[name] = simulation.state.points.displacement[
+            simulation.state.points.index_of(np.arange(len(simulation.state.points)))
         ]
     largest = np.abs(found["superlu"]).max()
     np.testing.assert_allclose(found["multigrid"], found["superlu"], atol=1e-6 * largest)
@@ -367,8 +367,8 @@ def test_unconverged_solution_is_refused(case: str, monkeypatch: pytest.MonkeyPa
 def test_direct_solver_takes_over_and_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(multigrid_module, "MAXIMUM_ITERATIONS", 2)
     simulation = Simulation(footing(**{"analysis.solver": "multigrid"}))
-    result = simulation.advance(0.0, simulation.model.schedule.regular_time(1))
-    assert result.equilibrium.residuals[-1] <= simulation.model.analysis.tolerance
+    result = simulation.advance(0.0, simulation.setup.model.schedule.regular_time(1))
+    assert result.equilibrium.residuals[-1] <= simulation.setup.model.analysis.tolerance
     (warning,) = (text for text in simulation.services.warnings.texts if "direct solver" in text)
     assert "no solution in 2 iterations" in warning
 

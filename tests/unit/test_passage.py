@@ -53,8 +53,8 @@ def beam(steps: int, roller: dict[str, Any], basis: str = "gimp") -> Model:
 
 def depth_of_lower_face(simulation: Simulation) -> float:
     """Mean depth behind the roller of the domains that are there, in cells."""
-    points = simulation.points
-    (roller,) = simulation.implicit
+    points = simulation.state.points
+    (roller,) = simulation.state.implicit
     edges = half_edges(points)
     half = points.half_length[:, 1] if edges is None else np.abs(edges[:, :, 1]).sum(axis=1)
     depth = half - roller.distance(points.position, 1.0)
@@ -101,6 +101,6 @@ def test_a_polygon_that_is_dropped_on_a_corner_stays_in_front(basis: str, corner
         entries["boundaries"][1],
     ]  # fmt: skip
     simulation = march(Model.from_dict(entries))
-    roller = simulation.implicit[1]
-    distance = roller.distance(simulation.points.position, 1.0)
+    roller = simulation.state.implicit[1]
+    distance = roller.distance(simulation.state.points.position, 1.0)
     assert distance.min() > 0.15 * CELL  # a quarter is half a domain's width

@@ -89,7 +89,7 @@ def test_points_and_grid_are_those_of_tilth(
     peers.write(model, tmp_path, lower, upper, "amgcl")
     dim = model.dimension
     simulation = Simulation(model)
-    points = simulation.points
+    points = simulation.state.points
 
     position, element, _ = read(tmp_path, "body.mdpa")
     centre = position[element].mean(axis=1)[:, :dim]

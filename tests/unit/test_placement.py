@@ -38,7 +38,7 @@ def test_lifts_of_one_stage_lie_on_each_other(turned: bool) -> None:
     top = ground.position[:, 1].max()
     settled = 2.0 - 0.125 - top
     assert settled > 0.1
-    points = analysis.simulation.points
+    points = analysis.simulation.state.points
     new = points.position[points.point_id >= len(ground), 1]
     levels = np.unique(new.round(9))
     assert levels == pytest.approx(2.125 + 0.25 * np.arange(12) - settled, abs=1e-9)

@@ -34,8 +34,10 @@ def held(kind: str, basis: str, *loads: dict[str, Any], **changed: Any) -> Simul
 
 def nodal(simulation: Simulation) -> tuple[Floats, Floats]:
     """Positions of the nodes and the force on them at the end, padded to three components."""
-    active = locate(simulation.points, simulation.grid, Buffers())
-    force = simulation.soil_on(active).scatter(simulation.loads.force(simulation.points, 1.0))
+    active = locate(simulation.state.points, simulation.state.grid, Buffers())
+    force = simulation.soil_on(active).scatter(
+        simulation.setup.loads.force(simulation.state.points, 1.0)
+    )
     three = ((0, 0), (0, 3 - active.grid.dim))
     return np.pad(active.position, three), np.pad(force, three)
 
@@ -43,7 +45,7 @@ def nodal(simulation: Simulation) -> tuple[Floats, Floats]:
 def require_force_at(simulation: Simulation, place: Floats, force: Floats) -> None:
     """The nodal forces have this resultant, and their first moments are those of the place."""
     position, found = nodal(simulation)
-    dim = simulation.model.dimension
+    dim = simulation.setup.model.dimension
     size = np.abs(force).max()
     np.testing.assert_allclose(found.sum(axis=0)[:dim], force[:dim], rtol=0, atol=1e-12 * size)
     moments = np.einsum("ni,nj->ij", position, found)[:dim, :dim]
@@ -103,8 +105,8 @@ def test_line_force_is_even_along_the_line() -> None:
     simulation = held(
         "3d", "linear", {**LINE, "start": [0.0, 1.0, 2.0], "end": [4.0, 1.0, 2.0]}, cells=4
     )
-    (load,) = simulation.loads.on_points
-    x = simulation.points.position[simulation.points.index_of(load.point_id), 0]
+    (load,) = simulation.setup.loads.on_points
+    x = simulation.state.points.position[simulation.state.points.index_of(load.point_id), 0]
     assert load.share.sum() == pytest.approx(4.0, rel=1e-13)
     for low in (1.0, 2.0):  # away from the ends, where shares extrapolate
         assert load.share[(x > low) & (x < low + 1.0)].sum() == pytest.approx(1.0, abs=0.01)
@@ -127,9 +129,9 @@ def test_the_base_carries_force_and_moment(kind: str) -> None:
     simulation = Simulation(Model.from_dict(entries))
     result: StepResult = simulation.advance(0.0, 1.0)
     np.testing.assert_allclose(result.resultant("base"), -force, rtol=1e-8)
-    (load,) = simulation.loads.on_points
-    row = simulation.points.index_of(load.point_id)
-    place = load.share @ simulation.points.position[row]
+    (load,) = simulation.setup.loads.on_points
+    row = simulation.state.points.index_of(load.point_id)
+    place = load.share @ simulation.state.points.position[row]
     assert np.linalg.norm(place - corner) > 1e-6
     moment = result.moment("base", place)
     np.testing.assert_allclose(moment, np.zeros(3), atol=1e-7 * np.abs(force).max())
@@ -156,13 +158,13 @@ def off_flamant(cell_size: float) -> float:
     entries["bodies"][0]["shape"]["upper"] = [32.0, 16.0]
     simulation = Simulation(Model.from_dict(entries))
     simulation.advance(0.0, 1.0)
-    offset = simulation.points.position - at
+    offset = simulation.state.points.position - at
     radius = np.linalg.norm(offset, axis=1)
     ring = (radius > 1.0) & (radius < 3.0)
     direction = offset[ring] / radius[ring, None]
     radial = 2.0 * 1e-3 * direction[:, 1] / (np.pi * radius[ring])
     exact = radial[:, None, None] * np.einsum("ni,nj->nij", direction, direction)
-    stress = simulation.points.stress[ring][:, [0, 3, 3, 1]].reshape(-1, 2, 2)
+    stress = simulation.state.points.stress[ring][:, [0, 3, 3, 1]].reshape(-1, 2, 2)
     difference = np.linalg.norm(stress - exact, axis=(1, 2))
     return float(np.sqrt((difference**2).mean()) / np.abs(radial).max())
 

@@ -74,7 +74,7 @@ def test_the_result_is_the_same(kind: str, basis: str, material: str) -> None:
     states = []
     for predictor in (True, False):
         model = squeezed(kind, basis, predictor, material, tolerance=1e-10)
-        states.append(by_number(marched(model)[0].points))
+        states.append(by_number(marched(model)[0].state.points))
     # nodes that domains hardly reach may move by far more than the tolerance
     near = 1e-8 if basis == "linear" else 1e-6
     for name in ("position", "elastic_strain"):
@@ -98,12 +98,12 @@ def test_nodes_of_a_moved_grid_take_the_guess_from_the_points() -> None:
     """An affine motion of the points is the same motion of all nodes."""
     simulation = pulled()
     gradient = np.array([[0.01, 0.02], [-0.03, 0.005]])
-    points = simulation.points
+    points = simulation.state.points
     points.last_gradient[:] = gradient
     points.last_displacement[:] = [0.004, -0.002] + points.position @ gradient.T
-    moved = replace(simulation.grid, origin=simulation.grid.origin + 0.3)
+    moved = replace(simulation.state.grid, origin=simulation.state.grid.origin + 0.3)
     active = locate(points, moved, Buffers())
-    guess = simulation.predictor.guess(simulation.soil_on(active), 0.1, 0.15)
+    guess = simulation.state.predictor.guess(simulation.soil_on(active), 0.1, 0.15)
     expected = [0.002, -0.001] + 0.5 * active.position @ gradient.T
     assert guess is not None
     np.testing.assert_allclose(guess, expected, rtol=0, atol=1e-15)
@@ -111,10 +111,10 @@ def test_nodes_of_a_moved_grid_take_the_guess_from_the_points() -> None:
 
 def test_covered_nodes_keep_their_displacement() -> None:
     simulation = pulled()
-    active = locate(simulation.points, simulation.grid, Buffers())
-    last = simulation.predictor.displacement
+    active = locate(simulation.state.points, simulation.state.grid, Buffers())
+    last = simulation.state.predictor.displacement
     assert np.abs(last).max() > 1e-4
-    guess = simulation.predictor.guess(simulation.soil_on(active), 0.1, 0.15)
+    guess = simulation.state.predictor.guess(simulation.soil_on(active), 0.1, 0.15)
     assert guess is not None
     kept = covered_nodes(simulation.soil_on(active))
     assert 0 < kept.sum() < active.nodes
@@ -136,8 +136,8 @@ def test_covered_nodes_keep_their_displacement() -> None:
 def test_the_guess_grows_with_loads_and_motions(tables: Any, growth: float) -> None:
     simulation = pulled()
     predictor = Predictor(2, [LoadCurve(table) for table in tables])
-    predictor.restore(simulation.predictor.state() | {"size": np.array(1.0)})
-    active = locate(simulation.points, simulation.grid, Buffers())
+    predictor.restore(simulation.state.predictor.state() | {"size": np.array(1.0)})
+    active = locate(simulation.state.points, simulation.state.grid, Buffers())
     guess = predictor.guess(simulation.soil_on(active), 1.0, 2.0)
     assert guess is not None
     kept = covered_nodes(simulation.soil_on(active))
@@ -169,8 +169,8 @@ def test_larger_steps_of_a_flowing_footing_begin_near_their_end() -> None:
 def test_nodes_of_a_boundary_receive_the_displacement_upstream() -> None:
     """u(x - u) for a linear u, to the edge of the soil; also where the soil supports no node."""
     simulation = pulled()
-    active = locate(simulation.points, simulation.grid, Buffers())
-    predictor, soil = simulation.predictor, simulation.soil_on(active)
+    active = locate(simulation.state.points, simulation.state.grid, Buffers())
+    predictor, soil = simulation.state.predictor, simulation.soil_on(active)
     position = active.position[find_keys(active.key, predictor.key)]
     gradient = np.array([[0.01, 0.02], [-0.03, 0.005]])
     predictor.displacement = np.array([0.004, -0.002]) + position @ gradient.T
@@ -185,10 +185,10 @@ def test_nodes_of_a_boundary_receive_the_displacement_upstream() -> None:
 @pytest.mark.parametrize(("share", "kept"), [(0.99, True), (1.01, False)])
 def test_nodes_keep_it_only_while_the_soil_stays(share: float, kept: bool) -> None:
     simulation = pulled()
-    predictor = simulation.predictor
-    cells = np.abs(predictor.displacement / simulation.grid.cell_size).max()
+    predictor = simulation.state.predictor
+    cells = np.abs(predictor.displacement / simulation.state.grid.cell_size).max()
     predictor.displacement = predictor.displacement * (share * LARGEST_MOTION / cells)
-    active = locate(simulation.points, simulation.grid, Buffers())
+    active = locate(simulation.state.points, simulation.state.grid, Buffers())
     guess = predictor.guess(simulation.soil_on(active), 0.1, 0.2)
     assert guess is not None
     well = covered_nodes(simulation.soil_on(active))
@@ -207,14 +207,14 @@ def test_a_slender_body_that_moves_by_cells() -> None:
         assert not simulation.services.warnings.texts
         iterations[predictor] = sum(result.equilibrium.iterations for result in results)
         moved = [np.abs(r.equilibrium.displacement).max() for r in results]
-        assert min(moved) > simulation.grid.cell_size[0]
+        assert min(moved) > simulation.state.grid.cell_size[0]
     assert iterations[True] < iterations[False]
 
 
 def test_no_guess_without_a_predictor_or_a_step() -> None:
     simulation = leaning_block("plane_strain", "linear", "hencky_elastic", 60.0)
-    active = locate(simulation.points, simulation.grid, Buffers())
-    assert simulation.predictor.guess(simulation.soil_on(active), 0.0, 0.1) is None
+    active = locate(simulation.state.points, simulation.state.grid, Buffers())
+    assert simulation.state.predictor.guess(simulation.soil_on(active), 0.0, 0.1) is None
     asked = pulled(predictor=False)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Predictor, "guess", lambda *arguments: pytest.fail("it was asked for"))
@@ -237,8 +237,8 @@ def test_a_guess_that_inverts_points_is_dropped(monkeypatch: pytest.MonkeyPatch)
         result = misled.advance(0.1, 0.2)
     assert asked == 1
     assert result.equilibrium.residuals == expected.equilibrium.residuals
-    assert_same_bits(misled.points, plain.points)
-    assert not misled.warnings  # no second attempt was needed
+    assert_same_bits(misled.state.points, plain.state.points)
+    assert not misled.services.warnings.texts  # no second attempt was needed
 
 
 # --- together with F-bar ---------------------------------------------------------------------
@@ -268,13 +268,13 @@ def test_newton_converges_quadratically_with_f_bar(kind: str, basis: str, materi
     # a soil that does not lock moves farther: elsewhere than in the stiff full disc, the loads of
     # the standard method are more than one step of plain Newton can take
     acceleration = (60.0 if elastic else 14.0) * (1.0 if kind == "axisymmetric" else 0.6)
-    entries = leaning_block(kind, basis, material, acceleration).model.to_dict()
+    entries = leaning_block(kind, basis, material, acceleration).setup.model.to_dict()
     entries["bodies"][0]["anti_locking"] = "f_bar"
     simulation = Simulation(Model.from_dict(entries))
     residuals = np.array(simulation.advance(0.0, 1.0).equilibrium.residuals)
-    assert np.ptp(simulation.points.assumed_jacobian) > 1e-4
+    assert np.ptp(simulation.state.points.assumed_jacobian) > 1e-4
     if not elastic:
-        assert (simulation.points.plastic[:, 0] > 1e-3).mean() > 0.4
+        assert (simulation.state.points.plastic[:, 0] > 1e-3).mean() > 0.4
     tail = residuals[residuals < 0.05]
     clean = tail[tail > 1e-12]  # below that stands round-off
     assert len(clean) >= 2

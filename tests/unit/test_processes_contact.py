@@ -28,7 +28,7 @@ several = pytest.mark.parametrize("processes", [2, 3])
 )
 def test_a_rigid_body_on_a_block(kind: str, law: str, way: str, basis: str, processes: int) -> None:
     """On springs, with unknowns of its own, or driven; it touches the cells of all processes."""
-    model = pressed(kind, law, way, basis=basis).model
+    model = pressed(kind, law, way, basis=basis).setup.model
     assert_as_serial(model, processes, 2)
 
 

@@ -195,7 +195,7 @@ def test_frozen_points_have_softened_as_far() -> None:
         "softening_strain": 0.05, "softening_length": 1.0,
     }  # fmt: skip
     model = Model.from_dict(entries)
-    points = Simulation(model).points
+    points = Simulation(model).state.points
     points.plastic[:, 0] = np.linspace(0.0, 0.04, len(points))
     beyond = np.tile([-10.0, -200.0, -30.0, 5.0, 0.0, 0.0], (len(points), 1))
     assert points.part(points.ranges[0]).start_with(beyond) < 0

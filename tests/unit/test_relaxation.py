@@ -72,7 +72,7 @@ def no_equilibrium(monkeypatch: pytest.MonkeyPatch) -> None:
     advance = Simulation.advance
 
     def failing(self: Simulation, before: float, after: float, *more: Any) -> StepResult:
-        if self.dynamics is None and after > before:
+        if self.state.dynamics is None and after > before:
             raise StepFailed("none is found")
         return advance(self, before, after, *more)
 
@@ -92,16 +92,16 @@ def test_soil_at_rest_is_in_the_equilibrium_of_its_load(
     entries = block_entries(kind, basis, boundaries=rollers(kind, sides=False))
     entries["loads"] = [weight(kind, 2e-4)]
     entries["schedule"] = {"steps": 1, "adaptive": False}
-    expected = by_number(marched(Model.from_dict(entries)).points)
+    expected = by_number(marched(Model.from_dict(entries)).state.points)
     entries["analysis"] |= RELAX
     request.getfixturevalue("no_equilibrium")
     simulation = marched(Model.from_dict(entries))
-    assert simulation.relaxation is not None
-    assert (simulation.relaxation.number, simulation.relaxation.active) == (1, False)
-    found = by_number(simulation.points)
+    assert simulation.state.relaxation is not None
+    assert (simulation.state.relaxation.number, simulation.state.relaxation.active) == (1, False)
+    found = by_number(simulation.state.points)
     one, other = found["displacement"], expected["displacement"]
     np.testing.assert_allclose(one, other, atol=tolerance * np.abs(other).max())
-    assert not simulation.points.motion.any()
+    assert not simulation.state.points.motion.any()
 
 
 def test_the_damping_is_critical_for_the_slowest_shear_wave() -> None:
@@ -112,9 +112,11 @@ def test_the_damping_is_critical_for_the_slowest_shear_wave() -> None:
     entries["materials"]["soil"] = material_entries("hencky_elastic", **material)
     entries["analysis"] |= RELAX
     simulation = Simulation(Model.from_dict(entries))
-    relaxation = simulation.relaxation
+    relaxation = simulation.state.relaxation
     assert relaxation is not None
-    relaxation.start(simulation, 0.0)
+    relaxation.start(
+        simulation.state.points, simulation.state.distribution, simulation.setup.water, 0.0
+    )
     speed = np.sqrt(5e3 / 2.5 / 1.6)
     assert relaxation.size == pytest.approx(3.0 / speed)
     assert relaxation.damping == pytest.approx(2.0 * 0.5 * np.pi * speed / 3.0)
@@ -138,13 +140,13 @@ def test_a_rigid_body_comes_to_rest_with_the_soil(
     plate = entries["rigid_bodies"][0]
     plate |= {key: plate.get(key, {}) | value for key, value in motion.items()}
     entries["schedule"] = {"steps": 4, "adaptive": False}
-    expected = marched(Model.from_dict(entries)).rigid_bodies["plate"]
+    expected = marched(Model.from_dict(entries)).state.rigid_bodies["plate"]
     entries["analysis"] |= RELAX
     request.getfixturevalue("no_equilibrium")
     simulation = marched(Model.from_dict(entries))
-    assert simulation.relaxation is not None
-    assert simulation.relaxation.number == 4
-    found = simulation.rigid_bodies["plate"]
+    assert simulation.state.relaxation is not None
+    assert simulation.state.relaxation.number == 4
+    found = simulation.state.rigid_bodies["plate"]
     assert found.displacement[1] == pytest.approx(expected.displacement[1], rel=2e-3)
     assert found.force[1] == pytest.approx(expected.force[1], rel=2e-3)
 
@@ -202,10 +204,10 @@ def test_no_unit_matters() -> None:
     """The same steps and the same place in other units of length, stress and so of time."""
     one = marched(Model.from_dict(cut()))
     other = marched(Model.from_dict(cut(length=10.0, stress=1e3)))
-    assert one.relaxation is not None
-    assert other.relaxation is not None
-    assert one.relaxation.number == other.relaxation.number > 0
-    moved, same = (by_number(each.points)["displacement"] for each in (one, other))
+    assert one.state.relaxation is not None
+    assert other.state.relaxation is not None
+    assert one.state.relaxation.number == other.state.relaxation.number > 0
+    moved, same = (by_number(each.state.points)["displacement"] for each in (one, other))
     np.testing.assert_allclose(same / 10.0, moved, atol=1e-3)
 
 
@@ -270,10 +272,10 @@ def test_the_state_of_a_relaxation_is_restored() -> None:
     def check(simulation: Simulation, result: StepResult) -> None:
         if result.relaxing is not None and not seen:
             again = restored(simulation)
-            assert isinstance(again.relaxation, Relaxation)
-            assert again.dynamics is again.relaxation
-            seen.append(vars(again.relaxation))
-            own = vars(simulation.relaxation)
+            assert isinstance(again.state.relaxation, Relaxation)
+            assert again.state.dynamics is again.state.relaxation
+            seen.append(vars(again.state.relaxation))
+            own = vars(simulation.state.relaxation)
             assert {k: v for k, v in own.items() if k != "_norm"} == {
                 k: v for k, v in seen[0].items() if k != "_norm"
             }
@@ -359,11 +361,11 @@ def test_soil_with_another_body_or_with_water_comes_to_rest(
     base: list[float] = []
     model = Model.from_dict(entries)
     found = marched(model, lambda _, result: base.append(float(result.resultant("base")[1])))
-    assert found.relaxation is not None
-    assert found.relaxation.number >= 1
-    assert not found.points.motion.any()
-    whole = 10.0 * float(total_mass(found.points, found.water, 1.0).sum())
-    if found.water is None:
+    assert found.state.relaxation is not None
+    assert found.state.relaxation.number >= 1
+    assert not found.state.points.motion.any()
+    whole = 10.0 * float(total_mass(found.state.points, found.setup.water, 1.0).sum())
+    if found.setup.water is None:
         assert base[-1] == pytest.approx(whole, rel=1e-6)
     assert 0.5 * whole < base[-1] < (1.0 + 1e-6) * whole
-    assert np.isfinite(found.points.stress).all()
+    assert np.isfinite(found.state.points.stress).all()

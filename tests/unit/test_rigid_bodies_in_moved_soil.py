@@ -115,7 +115,7 @@ def test_a_body_that_stays_is_not_asked_again() -> None:
     analysis = StagedAnalysis(Model.from_dict(entries))
 
     def put_soil_inside() -> None:
-        points = analysis.simulation.points
+        points = analysis.simulation.state.points
         lowest = np.abs(points.position - [0.0, DOWN]).sum(axis=1).argmin()
         points.position[lowest] = [0.0, DOWN + 0.04]
 

@@ -157,7 +157,7 @@ def scaled(problem: Problem) -> Model:
             "schedule": {"steps": 1},
         }
     )
-    stress = march(trial).points.stress
+    stress = march(trial).state.points.stress
     deviator = stress[:, :3] - stress[:, :3].mean(axis=1)[:, None]
     mises = np.sqrt(1.5 * (deviator**2).sum(axis=1) + 3.0 * (stress[:, 3:] ** 2).sum(axis=1))
     size = 0.5 * small * soil.get("yield_stress", YIELD) / float(mises.max())
@@ -181,17 +181,17 @@ def test_every_problem_converges(count: int, given: str | None) -> None:
             stops.append(f"{problem.text}: {error} (after {len(results)} steps)")
             continue
         assert_sensible(problem, simulation, results)
-        soil = simulation.model.materials["soil"].model
-        kinds.add((soil, simulation.model.bodies[0].basis, problem.pushed))
+        soil = simulation.setup.model.materials["soil"].model
+        kinds.add((soil, simulation.setup.model.bodies[0].basis, problem.pushed))
     assert not stops, f"{len(stops)} of {count} stop:\n" + "\n".join(stops)
     assert len(kinds) >= (8 if count == MANY and given is None else 4), "the problems do not differ"
 
 
 def assert_sensible(problem: Problem, simulation: Simulation, results: list[StepResult]) -> None:
     """Forces balance, and the platen has left the soil where it pushed it."""
-    points = simulation.points
+    points = simulation.state.points
     assert np.isfinite(points.stress).all(), problem.text
-    load = simulation.loads.force(points, 1.0).sum(axis=0)
+    load = simulation.setup.loads.force(points, 1.0).sum(axis=0)
     reaction = results[-1].reaction
     size = max(np.abs(load).max(), np.abs(reaction).max())
     assert np.abs(load + reaction.sum(axis=0)).max() < 1e-5 * size, problem.text

@@ -68,7 +68,7 @@ class Watched:
         dim = place.shape[1]
         total = resultants(place, result.reaction + result.equilibrium.load) - self._own
         self.size = max(self.size, *(np.abs(each).sum() for each in result.forces.values()))
-        ((name, body),) = simulation.rigid_bodies.items()
+        ((name, body),) = simulation.state.rigid_bodies.items()
         of_soil = np.abs(result.resultant(name) + body.force).max()
         self.force = max(self.force, np.abs(total[:dim]).max())
         self.moment = max(self.moment, np.abs(total[dim:]).max() / np.abs(place).max())
@@ -111,7 +111,7 @@ def runs(
         assert watched.simulation is not None
         cell = entries["grid"]["cell_size"]
         depth, area = tracked_depth(watched.simulation)
-        face = cell ** (watched.simulation.grid.dim - 1)
+        face = cell ** (watched.simulation.state.grid.dim - 1)
         if area > LEAST_LENGTH * face and depth > MEAN_DEPTH * cell:
             deep.append((title, depth / cell))
         yield watched.simulation, cell

@@ -32,19 +32,19 @@ def taken(problem: Problem) -> str:
 
 def assert_sensible(problem: Problem, simulation: Simulation, results: list[StepResult]) -> None:
     """The state is finite, no soil has passed a boundary, and the boundaries carry the loads."""
-    points = simulation.points
+    points = simulation.state.points
     for name in ("position", "stress", "volume", "deformation_gradient"):
         assert np.isfinite(getattr(points, name)).all(), f"{name}: {problem.text}"
     assert points.volume.min() > 0.0, problem.text
-    grid = simulation.grid
-    for boundary in simulation.implicit:
+    grid = simulation.state.grid
+    for boundary in simulation.state.implicit:
         depth = depth_behind(boundary, points, 1.0, grid) / grid.cell_size.min()
         assert depth < 0.5, f"{depth:.2f} cells behind {boundary.name}: {problem.text}"
-    load = simulation.loads.force(points, 1.0).sum(axis=0)
+    load = simulation.setup.loads.force(points, 1.0).sum(axis=0)
     reaction = results[-1].reaction
-    balanced = slice(1, None) if simulation.kind == "axisymmetric" else slice(None)
+    balanced = slice(1, None) if simulation.setup.kind == "axisymmetric" else slice(None)
     rest = np.abs(load + reaction.sum(axis=0))[balanced].max()
-    face = points.volume.sum() ** (2.0 / 3.0 if simulation.kind != "plane_strain" else 0.5)
+    face = points.volume.sum() ** (2.0 / 3.0 if simulation.setup.kind != "plane_strain" else 0.5)
     least = 1e-4 * YOUNG * face  # for a body may be carried only, without any force
     size = max(np.abs(reaction).max(), np.abs(load).max(), least)
     assert rest < 1e-5 * size, f"{rest:g} of {size:g}: {problem.text}"

@@ -34,7 +34,7 @@ def ends(model: Model) -> list[float]:
     motions: list[float] = []
 
     def after_step(simulation: Simulation, result: StepResult, time: float) -> None:
-        motions.append(float(abs(simulation.points.last_displacement).max()))
+        motions.append(float(abs(simulation.state.points.last_displacement).max()))
 
     march(model, after_step)
     return motions

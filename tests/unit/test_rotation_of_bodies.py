@@ -33,4 +33,4 @@ def test_rotations_one_after_the_other_are_in_the_result() -> None:
     for before in (0.0, 0.5):
         turned.advance(before, before + 0.5)
     expected = Rotation.from_euler("xz", [90.0, 90.0], degrees=True).as_rotvec()
-    np.testing.assert_allclose(turned.rigid_bodies["ball"].rotation, expected, atol=1e-12)
+    np.testing.assert_allclose(turned.state.rigid_bodies["ball"].rotation, expected, atol=1e-12)

@@ -106,15 +106,15 @@ def test_a_trial_begins_where_the_body_is_in_the_last_one(loaded: Simulation) ->
 
 def test_the_state_does_not_change(loaded: Simulation, result: SafetyResult) -> None:
     """Nor do the forces of the ghost stabilisation, which trials keep."""
-    before = {name: each.copy() for name, each in loaded.arrays().items()}
+    before = {name: each.copy() for name, each in loaded.state.arrays().items()}
     strength_reduction(loaded, 1.0, StrengthReduction(tolerance=0.5))
-    after = loaded.arrays()
+    after = loaded.state.arrays()
     for name, each in before.items():
         np.testing.assert_array_equal(after[name], each, err_msg=name)
 
 
 def test_an_interrupt_leaves_the_state_as_it_was(loaded: Simulation) -> None:
-    before = {name: each.copy() for name, each in loaded.arrays().items()}
+    before = {name: each.copy() for name, each in loaded.state.arrays().items()}
 
     def interrupt(iteration: int, residual: float) -> None:
         if iteration == 2:
@@ -122,5 +122,5 @@ def test_an_interrupt_leaves_the_state_as_it_was(loaded: Simulation) -> None:
 
     with pytest.raises(KeyboardInterrupt):
         strength_reduction(loaded, 1.0, on_iteration=interrupt)
-    for name, each in loaded.arrays().items():
+    for name, each in loaded.state.arrays().items():
         np.testing.assert_array_equal(each, before[name], err_msg=name)

@@ -61,7 +61,7 @@ def test_critical_coefficient_of_an_infinite_slope() -> None:
     simulation = Simulation(Model.from_dict(entries))
     simulation.advance(0.0, 0.5)
     simulation.advance(0.5, 1.0)
-    points = simulation.points
+    points = simulation.state.points
     middle = (np.abs(points.position[:, 0] - 20.0) < 2.0) & (points.position[:, 1] < 1.5)
     depth = thickness - (np.floor(points.position[middle, 1] / 0.25) + 0.5) * 0.25
     normal, shear = points.stress[middle, 1], points.stress[middle, 3]

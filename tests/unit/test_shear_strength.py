@@ -137,7 +137,7 @@ def test_strength_of_the_points_of_a_model() -> None:
     bodies = [box("a", "clay", 0.0), box("b", "sand", 1.0), box("c", "rock", 2.0)]
     given = entries(boundary(), bodies=bodies, materials=materials)
     model = Model.from_dict(given)
-    points = Simulation(model).points
+    points = Simulation(model).state.points
     c, tangent = shear_strength(points, model)
     assert c.shape == tangent.shape == (len(points),)
     depth = 2.0 - points.position[:, 1]

@@ -119,14 +119,16 @@ def test_soil_that_moves_far_further_than_what_drives_it_is_named(
     times: float, cells: float, warned: bool
 ) -> None:
     simulation = pressed_block()
-    moved = np.zeros_like(simulation.points.position)
-    moved[3] = [0.0, cells * simulation.grid.cell_size[1]]
+    moved = np.zeros_like(simulation.state.points.position)
+    moved[3] = [0.0, cells * simulation.state.grid.cell_size[1]]
     run_warnings = RunWarnings()
     driven = float(moved.max()) / times
-    run_warnings.jump(moved, driven, simulation.points, simulation.grid.cell_size, 0.5, False)
+    run_warnings.jump(
+        moved, driven, simulation.state.points, simulation.state.grid.cell_size, 0.5, False
+    )
     assert any("material point 3" in text for text in run_warnings.texts) == warned
     again = RunWarnings()
-    again.jump(moved, driven, simulation.points, simulation.grid.cell_size, 0.5, True)
+    again.jump(moved, driven, simulation.state.points, simulation.state.grid.cell_size, 0.5, True)
     assert len(again.texts) == warned
     assert not any("predictor" in text for text in again.texts)
 

@@ -67,7 +67,7 @@ def test_stress_is_that_of_the_smoothed_strain(file):
         "bodies.0.anti_locking": "f_bar",
     }
     model = varied(example("self_weight_column", file), changes)
-    points = march(model).points
+    points = march(model).state.points
     material = model.materials["soil"]
     bulk = material.young_modulus / (3.0 * (1.0 - 2.0 * material.poisson_ratio))
     pressure = points.stress[:, :3].mean(axis=1) * points.assumed_jacobian

@@ -95,8 +95,8 @@ def walled_block(
 def answer(simulation: Simulation) -> tuple[Floats, Floats]:
     """Displacement and stress of the points, in the order of their numbers."""
     take_steps(simulation)
-    order = np.argsort(simulation.points.point_id)
-    return simulation.points.displacement[order], simulation.points.stress[order]
+    order = np.argsort(simulation.state.points.point_id)
+    return simulation.state.points.displacement[order], simulation.state.points.stress[order]
 
 
 @pytest.mark.parametrize("basis", BASES)
@@ -173,7 +173,7 @@ def test_a_turned_block_is_touched_all_along(angle: float) -> None:
 def test_a_plane_beside_the_points_touches_within_their_spacing(distance: float) -> None:
     """A point's box has the half length 0.25: it may stand half a box's width, 0.25, away."""
     simulation = block_on_a_plane("plane_strain", 0.0)
-    simulation.points.position[:, 1] += distance - 0.25  # lowest points at `distance`
+    simulation.state.points.position[:, 1] += distance - 0.25  # lowest points at `distance`
     _, constraints = locate_contacts(simulation)
     assert bool(constraints.parts) == (distance < 0.5)
     assert [b.name for b in constraints.without_contact] == ([] if constraints.parts else ["base"])
@@ -184,9 +184,9 @@ def test_a_boundary_that_the_soil_has_left_carries_nothing() -> None:
     simulation = block_on_a_plane("plane_strain", 0.0)
     _, constraints = locate_contacts(simulation)
     constraints.commit([np.ones_like(part.before) for part in constraints.parts])
-    (boundary,) = simulation.implicit
+    (boundary,) = simulation.state.implicit
     assert np.abs(boundary.carried).max() == 1.0
-    simulation.points.position[:, 1] += 2.0
+    simulation.state.points.position[:, 1] += 2.0
     _, constraints = locate_contacts(simulation)
     assert constraints.without_contact == [boundary]
     constraints.commit([])
@@ -225,7 +225,7 @@ def test_a_corner_cell_without_points_is_reached_from_the_nearest_one() -> None:
     used = active.position[part.at.node[part.at.cell]].min(axis=1)
     elsewhere = (own != used).any(axis=1)
     assert elsewhere.any()
-    filled = np.unique(np.floor(simulation.points.position), axis=0)
+    filled = np.unique(np.floor(simulation.state.points.position), axis=0)
     for corner in np.unique(used, axis=0):
         assert (filled == corner).all(axis=1).any()
     field: Any = np.array([0.4, -0.7]) + active.position @ np.array([[1.0, 0.3], [-0.2, 2.0]])

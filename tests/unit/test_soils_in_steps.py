@@ -63,8 +63,8 @@ def test_soils_between_implicit_boundaries_with_f_bar(kind: str, basis: str, law
     assert max(counts) <= 20
     base, top = np.array(forces).T
     np.testing.assert_allclose(base, -top, rtol=1e-6)
-    assert (simulation.points.plastic[:, 0] > 1e-4).any()
-    assert np.isfinite(simulation.points.stress).all()
+    assert (simulation.state.points.plastic[:, 0] > 1e-4).any()
+    assert np.isfinite(simulation.state.points.stress).all()
 
 
 @pytest.mark.slow
@@ -77,7 +77,7 @@ def test_soils_with_multigrid(law: str) -> None:
         entries["analysis"]["solver"] = solver
         simulation = march(Model.from_dict(entries))
         assert solver in simulation.services.solver.summary.lower() or solver == "superlu"
-        points = simulation.points
+        points = simulation.state.points
         shifts.append(points.displacement[points.index_of(np.arange(len(points)))])
     np.testing.assert_allclose(*shifts, rtol=0, atol=1e-7)
 

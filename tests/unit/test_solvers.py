@@ -201,7 +201,7 @@ def test_narrow_bands_are_left_to_the_banded_solver(cells: list[int], banded: bo
     entries["grid"]["cell_size"] = 0.1
     entries["bodies"][0]["shape"]["upper"] = [0.1 * count for count in cells]
     simulation = Simulation(Model.from_dict(entries))
-    active = locate(simulation.points, simulation.grid, Buffers())
+    active = locate(simulation.state.points, simulation.state.grid, Buffers())
     system = LinearSystem(active, np.zeros((active.nodes, 2), dtype=bool))
     system.blocks[:] = 0.0
     system.blocks[active.diagonal] = np.eye(2)

@@ -34,8 +34,8 @@ def test_a_sphere_leaves_no_soil_inside_it(face: str) -> None:
 
     def after_step(simulation: Simulation, _: StepResult, time: float) -> None:
         centre = np.array([0.0, TOP + RADIUS * (1.0 - time)])
-        (surface,) = simulation.surfaces.values()
-        places = (surface.chains[0].current.points, simulation.points.position)
+        (surface,) = simulation.state.surfaces.values()
+        places = (surface.chains[0].current.points, simulation.state.points.position)
         reach = [RADIUS - np.linalg.norm(each - centre, axis=1).min() for each in places]
         overlaps.append((float(reach[0]), float(reach[1])))
 

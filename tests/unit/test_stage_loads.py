@@ -81,10 +81,10 @@ def test_soil_that_is_left_carries_a_point_force() -> None:
     entries["schedule"] = {"steps": 1}
     entries["loads"] = [{**entries["loads"][2], "at": [2.1, 1.0]}]
     model = Model.from_dict(entries)
-    whole = Simulation(model).points
+    whole = Simulation(model).state.points
     left = whole.selected(whole.position[:, 1] < 1.0)
     simulation = Simulation(model, left, whole)
-    (load,) = simulation.loads.on_points
+    (load,) = simulation.setup.loads.on_points
     place = load.share @ left.position[left.index_of(load.point_id)]
     np.testing.assert_allclose(place, [2.1, 1.0], rtol=1e-12)
     none = whole.selected(whole.position[:, 0] > 3.2)
@@ -99,7 +99,7 @@ def test_a_restored_analysis_has_the_same_shares() -> None:
     model = Model.from_dict(entries)
     simulation = Simulation(model)
     simulation.advance(0.0, 0.5)
-    again = Simulation.restored(model, simulation.arrays())
-    (one,), (other,) = simulation.loads.on_points, again.loads.on_points
+    again = Simulation.restored(model, simulation.state.arrays())
+    (one,), (other,) = simulation.setup.loads.on_points, again.setup.loads.on_points
     assert np.array_equal(one.point_id, other.point_id)
     assert np.array_equal(one.share, other.share)

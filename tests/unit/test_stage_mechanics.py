@@ -57,16 +57,16 @@ def test_another_stiffness_alone_releases_nothing(basis: str, anti_locking: str,
         analysis, _ = at_start_of(case, "exchange")
         starts.append(analysis.simulation)
     plain, exchanged = starts
-    volume = plain.points.volume / plain.points.initial_volume
+    volume = plain.state.points.volume / plain.state.points.initial_volume
     assert volume.min() < 0.95
     size = np.abs(by_number(plain, "stress")).max()
     assert np.abs(by_number(exchanged, "stress") - by_number(plain, "stress")).max() < 1e-12 * size
     forces = []
     for simulation in starts:
-        force = simulation.released.force
+        force = simulation.state.released.force
         forces.append(force[np.abs(force).max(axis=1) > 1e-9 * size])
     assert np.abs(forces[1] - forces[0]).max(initial=0.0) < 1e-9 * size
-    moduli = exchanged.points.elastic_moduli().young
+    moduli = exchanged.state.points.elastic_moduli().young
     assert moduli.min() > 4e4 if new == "stiff" else moduli.max() < 2e3
 
 
@@ -131,18 +131,18 @@ def test_drained_soil_takes_over_the_effective_stress(basis: str, anti_locking: 
     case = consolidating({}, basis=basis, anti_locking=anti_locking)
     analysis, starts, _ = march(case)
     loaded, drained = starts["load"], analysis.simulation
-    pressure = loaded.points.state_variable("excess_pore_pressure")
+    pressure = loaded.state.points.state_variable("excess_pore_pressure")
     modulus = 1e3 * 0.8 / (1.2 * 0.6)
     share = PORE_FLUID / (PORE_FLUID + modulus)
     assert pressure == pytest.approx(LOAD * share, rel=2e-3)
-    released = starts["later"].released.force.sum(axis=0)
+    released = starts["later"].state.released.force.sum(axis=0)
     assert released == pytest.approx([0.0, 0.5 * LOAD * share], abs=1e-3 * LOAD)
     stretch = 1.0
     for _ in range(50):  # M ln(s) / s = -q in closed form
         stretch = float(np.exp(-LOAD * stretch / modulus))
-    strain = drained.points.deformation_gradient[:, 1, 1] - 1.0
+    strain = drained.state.points.deformation_gradient[:, 1, 1] - 1.0
     assert strain == pytest.approx(stretch - 1.0, rel=5e-3)
-    assert drained.points.stress[:, 1] == pytest.approx(-LOAD, rel=5e-3)
+    assert drained.state.points.stress[:, 1] == pytest.approx(-LOAD, rel=5e-3)
 
 
 @f_bar_or_not
@@ -155,11 +155,11 @@ def test_an_excess_pore_pressure_stays_in_another_undrained_soil(anti_locking: s
     )
     assert pressures[1] == pytest.approx(pressures[0], rel=1e-8)
     assert stresses[1] == pytest.approx(stresses[0], abs=1e-8 * LOAD)
-    assert np.abs(starts["later"].released.force).max(initial=0.0) < 1e-8 * LOAD
+    assert np.abs(starts["later"].state.released.force).max(initial=0.0) < 1e-8 * LOAD
 
 
 def _pore_pressure(simulation: Any) -> Floats:
-    points = simulation.points
+    points = simulation.state.points
     return points.state_variable("excess_pore_pressure")[points.in_order]
 
 
@@ -217,7 +217,7 @@ def test_another_grid_keeps_the_stress(basis: str, grid: str) -> None:
         simulation = analysis.simulation
         change.append(np.abs(by_number(simulation, "stress")[:, :4] - GIVEN).max() / 100.0)
         moved.append(np.abs(by_number(simulation, "displacement")).max())
-    assert simulation.grid.cell_size[0] == np.ravel(GRIDS[grid]["cell_size"])[0]
+    assert simulation.state.grid.cell_size[0] == np.ravel(GRIDS[grid]["cell_size"])[0]
     assert change[0] < 1.1 * change[1] + 1e-4
     assert moved[0] < 1.1 * moved[1] + 5e-4 * 100.0 / 1e4  # the slip of walls
     if basis == "gimp" or grid == "finer":
@@ -332,7 +332,7 @@ def test_soil_at_rest_does_not_notice_a_stage() -> None:
     case["initial"] = {"stress": [at_rest("column", 2.0)]}
     analysis, starts, _ = march(case)
     for name in ("nothing", "nothing again"):
-        assert np.abs(starts[name].released.force).max(initial=0.0) < 1e-10 * 40.0
+        assert np.abs(starts[name].state.released.force).max(initial=0.0) < 1e-10 * 40.0
     assert np.abs(by_number(analysis.simulation, "displacement")).max() < 1e-14
 
 
@@ -346,7 +346,7 @@ def test_a_load_goes_with_its_body() -> None:
     case = column([gravity(), push], stages)
     case["bodies"].append(box("top", [0.0, 2.0], [1.0, 3.0], surface={}))
     _, starts, results = march(case)
-    released = starts["dig"].released.force.sum(axis=0)
+    released = starts["dig"].state.released.force.sum(axis=0)
     assert released == pytest.approx([0.0, -27.0], abs=1e-3)
     carried = [result.resultant("base")[1] for result in results]
     assert carried[1:] == pytest.approx([67.0, 53.5, 40.0], rel=1e-5)

@@ -51,10 +51,10 @@ def test_each_law_fills_its_own_columns() -> None:
 def test_results_hold_them_by_name_in_the_order_of_the_points() -> None:
     simulation = Simulation(Model.from_dict(two_blocks()))
     active = simulation.check()
-    simulation.points = with_a_memory(simulation.points)
-    order = simulation.points.point_id.argsort()
-    fields = snapshot(simulation, active, None, 0, 0.0).point_fields
-    expected = simulation.points.state[order, 0]
+    simulation.state.points = with_a_memory(simulation.state.points)
+    order = simulation.state.points.point_id.argsort()
+    fields = snapshot(simulation.setup, simulation.state, active, None, 0, 0.0).point_fields
+    expected = simulation.state.points.state[order, 0]
     np.testing.assert_array_equal(fields["greatest_pressure"][:16], expected[:16])
     np.testing.assert_array_equal(fields["plastic_strain"], np.zeros(32))
 
@@ -66,9 +66,9 @@ def test_plastic_strain_can_be_tracked() -> None:
     ]
     model = Model.from_dict(two_blocks(track=asked))
     simulation = Simulation(model)
-    tracker = Tracker(model, simulation.points)
+    tracker = Tracker(model, simulation.state.points)
     result = simulation.advance(0.0, 1.0)
-    clay, rock = tracker.values(simulation, result, 0.0)
+    clay, rock = tracker.values(simulation.setup, simulation.state, result, 0.0)
     assert clay > 0.1
     assert rock == 0.0
     assert [unit for _, unit in tracker.columns] == ["", ""]

@@ -118,7 +118,9 @@ def watched(simulation: Simulation, steps: int, size: float) -> Recounted:
     explanation = Recounted(simulation, steps)
     simulation.services.observer = explanation
     for number in range(steps):
-        with explanation.attempt(simulation.model, number + 1, number * size, (number + 1) * size):
+        with explanation.attempt(
+            simulation.setup.model, number + 1, number * size, (number + 1) * size
+        ):
             simulation.advance(number * size, (number + 1) * size)
     assert explanation.complete
     return explanation
@@ -217,7 +219,7 @@ def test_results_are_the_same_bits_and_all_attempts_are_told(
 
 @pytest.mark.slow
 def test_results_with_contact_are_the_same_bits(tmp_path: Path) -> None:
-    entries = pressed("plane_strain", "limited", DRIVEN, steps=2).model.to_dict()
+    entries = pressed("plane_strain", "limited", DRIVEN, steps=2).setup.model.to_dict()
     model = Model.from_dict(entries | {"output": {"report": False}})
     run(model, tmp_path / "plain", quiet=True)
     run(model, tmp_path / "told", quiet=True, explain=2)

@@ -58,9 +58,9 @@ def test_newton_converges_quadratically(kind: str, basis: str, material: str) ->
     simulation = leaning_block(kind, basis, material, 60.0 if elastic else 14.0)
     residuals = np.array(simulation.advance(0.0, 1.0).equilibrium.residuals)
     if elastic:
-        assert np.abs(simulation.points.displacement).max() > 0.15  # of a height of 1.8
+        assert np.abs(simulation.state.points.displacement).max() > 0.15  # of a height of 1.8
     else:
-        assert (simulation.points.plastic[:, 0] > 1e-3).mean() > 0.5
+        assert (simulation.state.points.plastic[:, 0] > 1e-3).mean() > 0.5
     assert_quadratic(residuals)
 
 
@@ -75,7 +75,7 @@ def test_newton_converges_quadratically_with_every_soil(
     """A block is pressed between rough plates far beyond yield: planes, edges and apexes."""
     simulation = pressed_block(kind, basis, law, anti_locking, **changed)
     residuals = np.array(simulation.advance(0.0, 1.0).equilibrium.residuals)
-    assert (simulation.points.plastic[:, 0] > 1e-4).mean() >= 0.25
+    assert (simulation.state.points.plastic[:, 0] > 1e-4).mean() >= 0.25
     assert_quadratic(residuals[1:])  # nothing loads the block before its plate moves
 
 
@@ -85,7 +85,7 @@ def test_reactions_balance_the_weight(kind: str, basis: str) -> None:
     simulation = leaning_block(kind, basis, "hencky_elastic", 20.0)
     result = simulation.advance(0.0, 1.0)
     up = dimension(kind) - 1
-    weight = 20.0 * simulation.points.mass.sum()
+    weight = 20.0 * simulation.state.points.mass.sum()
     base = result.resultant("base")
     assert base[up] == pytest.approx(weight, rel=1e-6)  # the springs of support.py hold 1e-8
     if kind != "axisymmetric":
@@ -100,7 +100,7 @@ def test_no_load_needs_no_iteration(kind: str) -> None:
     simulation = leaning_block(kind, "gimp", "hencky_elastic", 0.0)
     result = simulation.advance(0.0, 1.0)
     assert result.equilibrium.iterations == 0
-    assert not simulation.points.displacement.any()
+    assert not simulation.state.points.displacement.any()
 
 
 @every_kind
@@ -116,7 +116,7 @@ def test_an_inverted_point_is_named() -> None:
     simulation = leaning_block("plane_strain", "linear", "hencky_elastic", 2000.0)
     with pytest.raises(StepFailed, match="inverted") as failure:
         simulation.advance(0.0, 1.0)
-    assert failure.value.point in range(len(simulation.points))
+    assert failure.value.point in range(len(simulation.state.points))
 
 
 def test_line_search_takes_a_step_that_plain_newton_cannot() -> None:
@@ -134,7 +134,9 @@ def test_line_search_finds_the_same_equilibrium() -> None:
     searching = leaning_block("plane_strain", "gimp", "von_mises", 14.0, line_search=True)
     plain.advance(0.0, 1.0)
     searching.advance(0.0, 1.0)
-    np.testing.assert_allclose(searching.points.position, plain.points.position, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(
+        searching.state.points.position, plain.state.points.position, rtol=0, atol=1e-11
+    )
 
 
 @pytest.mark.slow
@@ -149,8 +151,10 @@ def test_external_work_is_stored_or_dissipated(kind: str, basis: str, material: 
         work = 0.0
         for k in range(steps):
             work += simulation.advance(k / steps, (k + 1) / steps).work
-        points = simulation.points
-        energy = simulation.points.stored_energy() + points.plastic[:, 1] @ points.initial_volume
+        points = simulation.state.points
+        energy = (
+            simulation.state.points.stored_energy() + points.plastic[:, 1] @ points.initial_volume
+        )
         gaps.append(abs(work - energy) / work)
     assert gaps[1] < 0.03
     assert gaps[1] < 1e-3 or gaps[1] < 0.7 * gaps[0]
@@ -165,6 +169,6 @@ def test_domains_do_not_slip_past_a_fixed_base(kind: str, material: str) -> None
         simulation = leaning_block(kind, basis, material, 10.0)
         for k in range(8):
             simulation.advance(k / 8, (k + 1) / 8)
-        displacement[basis] = np.abs(simulation.points.displacement).max()
+        displacement[basis] = np.abs(simulation.state.points.displacement).max()
     for basis in BASES:
         assert displacement[basis] == pytest.approx(displacement["linear"], rel=0.06), basis

@@ -65,7 +65,7 @@ def pillar(kind: str, basis: str, load: dict[str, Any]) -> Simulation:
 def residuals_of_one_step(kind: str, basis: str, load: str) -> Floats:
     simulation = pillar(kind, basis, loads(SIZE[kind])[load])
     residuals = np.array(simulation.advance(0.0, 1.0).equilibrium.residuals)
-    assert np.abs(simulation.points.displacement).max() > 0.15
+    assert np.abs(simulation.state.points.displacement).max() > 0.15
     return residuals
 
 

@@ -45,7 +45,7 @@ def test_slivers_change_little(kind: str, basis: str, overlap: float, leap: floa
     for simulation in (aligned, sliver):
         residuals = simulation.advance(0.0, 1.0).equilibrium.residuals
         assert len(residuals) <= 5  # still Newton's pace
-    one, other = by_number(aligned.points), by_number(sliver.points)
+    one, other = by_number(aligned.state.points), by_number(sliver.state.points)
     for name, share in (("displacement", 0.5 * leap), ("stress", leap)):
         scale = np.abs(one[name]).max()
         assert np.abs(other[name] - one[name]).max() < share * scale
@@ -59,7 +59,7 @@ def test_overlaps_within_the_tolerance_are_none(kind: str, basis: str, overlap: 
     assert sliver.check().nodes == aligned.check().nodes
     for simulation in (aligned, sliver):
         simulation.advance(0.0, 1.0)
-    one, other = by_number(aligned.points), by_number(sliver.points)
+    one, other = by_number(aligned.state.points), by_number(sliver.state.points)
     for name in ("displacement", "stress"):
         scale = np.abs(one[name]).max()
         assert np.abs(other[name] - one[name]).max() < 20.0 * max(overlap, 1e-12) * scale
@@ -76,9 +76,9 @@ def test_any_overlap_can_be_solved_and_carries_the_weight(
     result = simulation.advance(0.0, 1.0)
     assert result.equilibrium.residuals[-1] <= 1e-9
     up = dimension(kind) - 1
-    expected = 5.0 * simulation.points.mass.sum()
+    expected = 5.0 * simulation.state.points.mass.sum()
     assert result.resultant("base")[up] == pytest.approx(expected, rel=1e-8)
-    assert np.abs(simulation.points.displacement).max() < 0.05
+    assert np.abs(simulation.state.points.displacement).max() < 0.05
 
 
 @every_kind
@@ -95,8 +95,8 @@ def test_one_linear_point_a_cell_can_be_solved(kind: str) -> None:
 def test_a_lone_point_in_a_cell_of_its_own_can_be_solved(kind: str) -> None:
     """A point drifts off into an empty neighbour cell: most motions of its nodes are free."""
     simulation = standing(kind, "linear", 0.0)
-    top = simulation.points.position[:, 0].argmax()
-    simulation.points.position[top, 0] = 2.0 + 1e-3
+    top = simulation.state.points.position[:, 0].argmax()
+    simulation.state.points.position[top, 0] = 2.0 + 1e-3
     result = simulation.advance(0.0, 0.1)
     assert result.equilibrium.residuals[-1] <= 1e-9
 

@@ -49,10 +49,10 @@ def test_failed_step_leaves_no_trace(kind: str, basis: str, material: str) -> No
     simulation = Simulation(Model.from_dict(heavy(kind, basis, material, 1e4)))
     simulation.advance(0.0, 2e-4)
     simulation.advance(2e-4, 4e-4)
-    before = by_number(simulation.points)
+    before = by_number(simulation.state.points)
     with pytest.raises(StepFailed):
         simulation.advance(4e-4, 1.0)
-    after = by_number(simulation.points)
+    after = by_number(simulation.state.points)
     for name, array in before.items():
         assert array.tobytes() == after[name].tobytes(), f"{name} was changed by a failed step"
 
@@ -68,7 +68,7 @@ def test_step_after_a_failed_one_is_the_same_as_without_it(basis: str) -> None:
         troubled.advance(2e-4, 1.0)
     one = clean.advance(2e-4, 4e-4)
     other = troubled.advance(2e-4, 4e-4)
-    assert_same_bits(clean.points, troubled.points)
+    assert_same_bits(clean.state.points, troubled.state.points)
     assert one.equilibrium.residuals == other.equilibrium.residuals
 
 
@@ -79,9 +79,9 @@ def test_point_that_leaves_the_grid_fails_the_step() -> None:
     with pytest.raises(StepFailed, match="left the limits of the grid") as failure:
         for k in range(20):  # it swells sideways
             simulation.advance(k / 20, (k + 1) / 20)
-    assert simulation.points.position[:, 0].max() <= 2.0
-    index = simulation.points.index_of(np.array([failure.value.point]))[0]
-    assert simulation.points.position[index, 0] > 1.6
+    assert simulation.state.points.position[:, 0].max() <= 2.0
+    index = simulation.state.points.index_of(np.array([failure.value.point]))[0]
+    assert simulation.state.points.position[index, 0] > 1.6
 
 
 @pytest.fixture

@@ -98,11 +98,11 @@ def test_exact_collapse_of_a_block(law: str) -> None:
 def test_the_state_does_not_change() -> None:
     model = block(LAWS["mohr_coulomb"])
     simulation = march(model)
-    before = {name: each.copy() for name, each in simulation.arrays().items()}
-    points = simulation.points
+    before = {name: each.copy() for name, each in simulation.state.arrays().items()}
+    points = simulation.state.points
     first = reduced(model, simulation)
-    assert simulation.points is points
-    after = simulation.arrays()
+    assert simulation.state.points is points
+    after = simulation.state.arrays()
     assert before.keys() == after.keys()
     for name, each in before.items():
         np.testing.assert_array_equal(after[name], each, err_msg=name)
@@ -136,7 +136,7 @@ def test_a_factor_below_one() -> None:
     """A state that stronger soil had: its soil is replaced by one that is too weak for it."""
     strong = march(block(LAWS["tresca"]))
     weak = block({**LAWS["tresca"], "undrained_shear_strength": 6.0})
-    simulation = Simulation.restored(weak, strong.arrays())
+    simulation = Simulation.restored(weak, strong.state.arrays())
     result = reduced(weak, simulation, tolerance=0.002)
     assert result.trials[0].factor == 1.0
     assert not result.trials[0].in_equilibrium
@@ -213,7 +213,7 @@ def test_a_failure_from_far_below_is_tried_again() -> None:
 def test_thickness_of_a_turned_layer() -> None:
     shape = {"type": "box", "lower": [0.0, 0.0], "upper": [20.0, 1.0], "angle": 30.0}
     model = block(LAWS["tresca"], **{"bodies.0.shape": shape, "loads": []})
-    assert thickness(Simulation(model).points) == pytest.approx(1.0, rel=0.05)
+    assert thickness(Simulation(model).state.points) == pytest.approx(1.0, rel=0.05)
 
 
 def test_a_slice_in_3d_has_the_factor_of_plane_strain() -> None:
@@ -251,7 +251,7 @@ def test_a_slice_in_3d_has_the_factor_of_plane_strain() -> None:
         return Model.from_dict({**entries, **parts, "boundaries": boundaries, "loads": [gravity]})
 
     plane, slice_ = (in_dimension(dim) for dim in (2, 3))
-    ratio = thickness(march(plane).points) / thickness(march(slice_).points)
+    ratio = thickness(march(plane).state.points) / thickness(march(slice_).state.points)
     expected = reduced(plane, tolerance=0.002)
     found = reduced(slice_, tolerance=0.002, displacement_ratio=10.0 * ratio)
     assert found.largest_displacement == pytest.approx(expected.largest_displacement, rel=1e-6)

@@ -54,7 +54,7 @@ def moved(shape: dict[str, Any], end: Floats, **changed: Any) -> Chain:
             "schedule": {"steps": settings["steps"]},
         }
     )
-    surface = march(model).surfaces["block"]
+    surface = march(model).state.surfaces["block"]
     assert isinstance(surface, TrackedSurface)
     (chain,) = surface.chains
     return chain.current

@@ -71,9 +71,14 @@ def blob(
 def loads_of(entries: dict[str, Any]) -> tuple[SurfaceLoads, ActiveGrid]:
     """The loads of the second half of the schedule on the initial surface."""
     simulation = Simulation(Model.from_dict(entries))
-    active = locate(simulation.points, simulation.grid, Buffers())
+    active = locate(simulation.state.points, simulation.state.grid, Buffers())
     loads = SurfaceLoads(
-        declared_loads(simulation.model), simulation.kind, simulation.surfaces, active, 0.5, 1.0
+        declared_loads(simulation.setup.model),
+        simulation.setup.kind,
+        simulation.state.surfaces,
+        active,
+        0.5,
+        1.0,
     )
     return loads, active
 
@@ -206,16 +211,17 @@ def test_enclosed_area_and_volume_are_tracked() -> None:
     entries["track"] = [{"name": "inside", "quantity": "enclosed", "body": "blob"}]
     model = Model.from_dict(entries)
     simulation = Simulation(model)
-    tracker = Tracker(model, simulation.points)
+    tracker = Tracker(model, simulation.state.points)
     octagon = 0.5 * 8.0 * 1.13**2 * np.sin(np.pi / 4.0)  # the spline rounds its corners
-    (area,) = tracker.values(simulation, None, 0.0)
+    (area,) = tracker.values(simulation.setup, simulation.state, None, 0.0)
     assert octagon < area < np.pi * 1.13**2 * 1.01
     assert tracker.columns == [("inside", "m^2")]
     entries = shell({"pressure": 1.0})
     entries["track"] = [{"name": "inside", "quantity": "enclosed", "body": "blob"}]
     model = Model.from_dict(entries)
     simulation = Simulation(model)
-    (volume,) = Tracker(model, simulation.points).values(simulation, None, 0.0)
+    tracker = Tracker(model, simulation.state.points)
+    (volume,) = tracker.values(simulation.setup, simulation.state, None, 0.0)
     assert volume == pytest.approx(np.pi / 6.0 * 7.0, rel=0.1)
 
 
@@ -257,7 +263,7 @@ def test_resultants_in_space() -> None:
     loads, active = loads_of(shell({"pressure": -5.0, "part": "inner"}))
     force = loads.force(np.zeros((active.nodes, 3))).sum(axis=0)
     simulation = Simulation(Model.from_dict(shell({"pressure": 1.0})))
-    triangles = simulation.surfaces["blob"].triangles.current  # type: ignore[attr-defined]
+    triangles = simulation.state.surfaces["blob"].triangles.current  # type: ignore[attr-defined]
     expected = -5.0 * triangles.area_vector[triangles.in_part("inner")].sum(axis=0)
     np.testing.assert_allclose(force, expected, rtol=1e-12)
     np.testing.assert_allclose(force, 5.0 * np.pi / 4.0 * np.array([-1, -1, -1]), rtol=0.1)

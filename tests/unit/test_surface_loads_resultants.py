@@ -66,12 +66,17 @@ class Loaded:
             }
         )
         simulation = Simulation(model)
-        active = locate(simulation.points, simulation.grid, Buffers())
+        active = locate(simulation.state.points, simulation.state.grid, Buffers())
         return cls(
             simulation,
             active,
             SurfaceLoads(
-                declared_loads(model), model.analysis.kind, simulation.surfaces, active, 0.0, time
+                declared_loads(model),
+                model.analysis.kind,
+                simulation.state.surfaces,
+                active,
+                0.0,
+                time,
             ),
         )
 
@@ -108,7 +113,7 @@ class Loaded:
 
     @property
     def spline(self) -> LocalCubicSpline:
-        return LocalCubicSpline(self.simulation.surfaces["block"].chains[0].current)
+        return LocalCubicSpline(self.simulation.state.surfaces["block"].chains[0].current)
 
 
 SHEARED = [[1.4, 0.7], [-0.3, 0.9]]
@@ -149,7 +154,7 @@ def test_pressure_on_an_arc_is_that_on_its_chord():
     # the ends are put on the spline, whose 26 points leave it 9e-6 off the circle
     exact = PRESSURE * TURN @ (ends[1] - ends[0])
     np.testing.assert_allclose(loaded.resultant(), exact, atol=2.0 * PRESSURE * 9e-6)
-    points = loaded.simulation.surfaces["block"].chains[0]
+    points = loaded.simulation.state.surfaces["block"].chains[0]
     start, end = points.current.points[points.marked]
     np.testing.assert_allclose(loaded.resultant(), PRESSURE * TURN @ (end - start), atol=1e-13)
 
@@ -254,7 +259,7 @@ def test_loads_add_up():
 
 
 def test_a_model_with_a_surface_survives_being_written():
-    model = Loaded.by(BOX, {"pressure": PRESSURE, **TOP}).simulation.model
+    model = Loaded.by(BOX, {"pressure": PRESSURE, **TOP}).simulation.setup.model
     assert Model.from_dict(model.to_dict()) == model
     with pytest.raises(BadInput, match="vertices"):
         Loaded.by(BOX, {"pressure": PRESSURE}, closed=False)

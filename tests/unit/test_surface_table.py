@@ -128,7 +128,7 @@ def entries(steps: int = 4) -> dict[str, Any]:
 
 def top_of_points(simulation: Simulation) -> tuple[SurfaceShape, ...]:
     """A line through the uppermost points: it moves with the soil."""
-    place = simulation.points.position
+    place = simulation.state.points.position
     top = place[place[:, 1] > place[:, 1].max() - 1e-9]
     return (line("top", top[np.argsort(-top[:, 0])]),)
 

@@ -81,13 +81,13 @@ def test_same_bits_for_any_number_of_threads(
     one, solution = final_state(1, entries, steps)
     for threads in (1, 2, 3):
         other, again = final_state(threads, entries, steps)
-        assert_same_bits(one.points, other.points)
+        assert_same_bits(one.state.points, other.state.points)
         for first, second in zip(solution, again, strict=True):
             assert first.tobytes() == second.tobytes()
     if material == "von_mises":
-        assert one.points.plastic[:, 0].max() > 1e-3
+        assert one.state.points.plastic[:, 0].max() > 1e-3
     if kind == "plane_strain":  # points have changed cells: they were sorted anew on the way
-        assert not np.array_equal(one.points.point_id, np.sort(one.points.point_id))
+        assert not np.array_equal(one.state.points.point_id, np.sort(one.state.points.point_id))
 
 
 @pytest.mark.parametrize("kind", CELLS)

@@ -24,13 +24,13 @@ def track(
     named = [{"name": f"t{i}", **item} for i, item in enumerate(tracked)]
     model = Model.from_dict({**entries, "track": named})
     simulation = Simulation(model)
-    tracker = Tracker(model, simulation.points)
-    energies = Energies.at_start(simulation)
-    rows = [tracker.values(simulation, None, energies)]
+    tracker = Tracker(model, simulation.state.points)
+    energies = Energies.at_start(simulation.setup, simulation.state)
+    rows = [tracker.values(simulation.setup, simulation.state, None, energies)]
     for k in range(steps):
         result = simulation.advance(k / steps, (k + 1) / steps)
         energies.add(result)
-        rows.append(tracker.values(simulation, result, energies))
+        rows.append(tracker.values(simulation.setup, simulation.state, result, energies))
     return rows, simulation, tracker.columns
 
 
@@ -68,7 +68,7 @@ def test_stress_components_and_invariants() -> None:
     names = ["xx", "yy", "zz", "xy", "mean", "von_mises"]
     asked = [{"quantity": "stress", "at": [2.0, 0.0], "component": c} for c in names]
     rows, simulation, columns = track(asked, moved())
-    xx, yy, zz, xy, _, _ = simulation.points.stress[0]
+    xx, yy, zz, xy, _, _ = simulation.state.points.stress[0]
     mean = (xx + yy + zz) / 3
     mises = np.sqrt(0.5 * ((xx - yy) ** 2 + (yy - zz) ** 2 + (zz - xx) ** 2) + 3 * xy**2)
     np.testing.assert_allclose(rows[-1], [xx, yy, zz, xy, mean, mises], rtol=1e-9)
@@ -82,7 +82,9 @@ def test_out_of_plane_components_in_3d() -> None:
     asked = [{"quantity": "stress", "at": [0, 0, 0], "component": c} for c in ("yz", "xz")]
     asked.append({"quantity": "displacement", "at": [2.0, 2.0, 2.0], "component": "z"})
     rows, simulation, _ = track(asked, entries, 1)
-    np.testing.assert_allclose(rows[-1], [*simulation.points.stress[0, 4:], -0.1 * 1.75], rtol=1e-9)
+    np.testing.assert_allclose(
+        rows[-1], [*simulation.state.points.stress[0, 4:], -0.1 * 1.75], rtol=1e-9
+    )
     assert rows[-1][0] < -1.0 < 1.0 < rows[-1][1]
 
 

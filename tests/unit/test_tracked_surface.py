@@ -68,7 +68,7 @@ def stretched(
 
 
 def surface_of(simulation: Simulation) -> TrackedSurface:
-    found = simulation.surfaces["square"]
+    found = simulation.state.surfaces["square"]
     assert isinstance(found, TrackedSurface)
     return found
 
@@ -80,7 +80,7 @@ def test_boundary_points_move_with_the_soil(points: str, basis: str) -> None:
     end = np.array([[3.0, 0.4], [0.0, 0.4]])
     simulation = march(stretched(end.tolist(), basis=basis, points=points))
     tracked = surface_of(simulation).chains[0]
-    origin = simulation.grid.origin
+    origin = simulation.state.grid.origin
     expected = origin + (tracked.initial.points - origin) @ end.T
     np.testing.assert_allclose(tracked.current.points, expected, atol=1e-9)
     assert tracked.current.corner.sum() == 4
@@ -142,7 +142,7 @@ def test_a_crossing_is_reported() -> None:
         surface, active = surface_of(simulation), simulation.check()
         displacement = np.zeros((active.nodes, 2))
         displacement[active.position[:, 0] > 1.6] = [-2.0, 0.3]
-        state = simulation.points, simulation.points.position
+        state = simulation.state.points, simulation.state.points.position
         moved, warning = surface.moved(active, displacement, *state)
         assert warning is not None
         assert "'square' touches or crosses itself at (" in warning
@@ -207,7 +207,7 @@ def test_a_surface_in_space_without_load_moves_beside_vertices_far_from_the_soil
     entries["boundaries"][0]["deformation_gradient"] = [[1, 0, 0], [0, 1, 0], [0.2, 0, 1]]
     for loads in ([], [{"type": "surface", "body": "square", "pressure": 1.0}]):
         simulation = Simulation(Model.from_dict({**entries, "loads": loads}))
-        surface = simulation.surfaces["square"]
+        surface = simulation.state.surfaces["square"]
         assert isinstance(surface, TrackedSolidSurface)
         before = surface.triangles.current
         place = before.vertices.copy()

@@ -54,5 +54,5 @@ def test_traction_of_a_uniformly_pressed_block(
     model = model_of("plane_strain", "gimp", box, walls, loads=[])
     changes = {"grid.cell_size": cell, "bodies.0.points": None, "bodies.0.points_per_cell": 2}
     simulation, _ = steps_of(varied(model, changes))
-    for boundary in simulation.implicit[:2]:
+    for boundary in simulation.state.implicit[:2]:
         assert variation(boundary) < bound, boundary.name

@@ -24,7 +24,9 @@ HEIGHT = SLENDERNESS * WIDTH
 
 
 def largest_motion(simulation: Simulation) -> float:
-    return float(np.abs(by_number(simulation) - by_number(Simulation(simulation.model))).max())
+    return float(
+        np.abs(by_number(simulation) - by_number(Simulation(simulation.setup.model))).max()
+    )
 
 
 @some_of(
@@ -73,7 +75,7 @@ def test_what_the_guess_does_not_explain_is_solved_without_it(without_guess: flo
             raise StepFailed("no equilibrium")
         return replace(near, displacement=np.full_like(near.displacement, without_guess))
 
-    tries = [(simulation.attempts[0], guess)]
+    tries = [(simulation.setup.attempts[0], guess)]
     explained = explained_motion(step, guess)
     assert explained == pytest.approx(0.03)
 
@@ -84,7 +86,7 @@ def test_what_the_guess_does_not_explain_is_solved_without_it(without_guess: flo
             step,
             balance,
             explained,
-            simulation.predictor,
+            simulation.state.predictor,
             simulation.services.warnings,
         )
 
@@ -93,7 +95,7 @@ def test_what_the_guess_does_not_explain_is_solved_without_it(without_guess: flo
             found()
         return
     assert found().displacement.max() == without_guess
-    assert simulation.predictor.rest > 0
+    assert simulation.state.predictor.rest > 0
     assert len(simulation.services.warnings.texts) == (without_guess > explained)
 
 
@@ -104,14 +106,18 @@ def test_soil_behind_a_surface_is_warned_of(condition: str) -> None:
     simulation = Simulation(standing_block(**plane))
     simulation.services.warnings.texts.clear()
     for depth in (0.01, 0.03):
-        surface = simulation.surfaces["block"]
+        surface = simulation.state.surfaces["block"]
         chain = surface.chains[0]
         points = chain.current.points.copy()
         points[points[:, 1].argmin(), 1] = 0.05 - depth * CELL
         moved = Chain(points, chain.current.closed, chain.current.corner)
         surface.commit([replace(chain, current=moved)])
         simulation.services.warnings.depths(
-            simulation.implicit, simulation.points, simulation.surfaces, 1.0, simulation.grid
+            simulation.state.implicit,
+            simulation.state.points,
+            simulation.state.surfaces,
+            1.0,
+            simulation.state.grid,
         )
         texts = simulation.services.warnings.texts
         assert len(texts) == (depth > 0.02)

@@ -46,7 +46,7 @@ def final(entries: dict[str, Any]) -> tuple[MaterialPoints, int]:
     simulation = Simulation(Model.from_dict(entries))
     simulation.check()
     found = [simulation.advance(k / STEPS, (k + 1) / STEPS) for k in range(STEPS)]
-    return simulation.points, sum(step.equilibrium.iterations for step in found)
+    return simulation.state.points, sum(step.equilibrium.iterations for step in found)
 
 
 @pytest.mark.slow
@@ -81,7 +81,7 @@ def test_a_run_is_that_of_the_law_of_the_core(
 def updated(law: str, folder: Path, trial: Floats) -> tuple[Floats, Floats, Floats]:
     """Stress, elastic strain and tangent of trial strains (n, 3) from the state at the start."""
     entries = squeezed(material(law, folder), "plane_strain")
-    range_ = Simulation(Model.from_dict(entries)).points.ranges[0]
+    range_ = Simulation(Model.from_dict(entries)).state.points.ranges[0]
     n, k = len(trial), len(range_.law.state_variables)
     state, parameters = np.zeros((n, k)), range_.parameters
     assert parameters is not None
@@ -129,7 +129,9 @@ def test_a_starting_stress(law: str, tmp_path: Path) -> None:
     stress = [-40.0, -60.0, -45.0, 5.0]
     initial = {"stress": [{"type": "given", "body": "block", "stress": stress}]}
     points = [
-        Simulation(Model.from_dict({**squeezed(soil, "plane_strain"), "initial": initial})).points
+        Simulation(
+            Model.from_dict({**squeezed(soil, "plane_strain"), "initial": initial})
+        ).state.points
         for soil in (BUILT_IN, material(law, tmp_path))
     ]
     expected, found = (each.elastic_deformation for each in points)

@@ -116,7 +116,7 @@ def test_relaxation_in_an_analysis_of_two_stages(tmp_path: Path, factor: float) 
     steps, found = 4, []
 
     def after_step(analysis: StagedAnalysis, result: StepResult) -> None:
-        points = analysis.simulation.points
+        points = analysis.simulation.state.points
         found.append((np.linalg.norm(deviator(points.stress), axis=1), points.state.copy()))
 
     march_stages(Model.from_dict(block(tmp_path, steps, factor)), after_step)
@@ -138,8 +138,8 @@ def test_no_time_passes_in_the_equilibrium_at_the_start(tmp_path: Path) -> None:
     }
     entries["boundaries"][-1] |= {"displacement": {"y": 0.0}}
     simulation = Simulation(Model.from_dict(entries).of_stages[0])
-    assert (simulation.points.state[:, :2] == 0.0).all()
-    before = np.linalg.norm(deviator(simulation.points.stress), axis=1)
+    assert (simulation.state.points.state[:, :2] == 0.0).all()
+    before = np.linalg.norm(deviator(simulation.state.points.stress), axis=1)
     simulation.advance(0.0, 1.0)
-    after = np.linalg.norm(deviator(simulation.points.stress), axis=1)
+    after = np.linalg.norm(deviator(simulation.state.points.stress), axis=1)
     np.testing.assert_allclose(after / before, 1.0 / (1.0 + SHEAR / VISCOSITY), rtol=1e-9)

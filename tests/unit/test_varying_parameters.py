@@ -41,7 +41,7 @@ def test_a_constant_table_is_the_number(kind: str, basis: str) -> None:
     """To the bit, in all kinds of analysis and with all bases."""
     table = {"axis": UP[kind], "values": [[-1, 2000.0], [3, 2000.0]]}
     one, other = (
-        march(Model.from_dict(with_stiffness(kind, basis, value))).points
+        march(Model.from_dict(with_stiffness(kind, basis, value))).state.points
         for value in (2000.0, table)
     )
     np.testing.assert_array_equal(one.stress, other.stress)
@@ -55,7 +55,7 @@ def test_a_jump_in_a_table_is_two_layers() -> None:
     entries["materials"]["top"] = {**entries["materials"]["soil"], "young_modulus": 3000.0}
     entries["bodies"][0] |= {"layers": [{"material": "top", "bottom": 1.0}, {"material": "soil"}]}
     del entries["bodies"][0]["material"]
-    layers, table_points = (march(Model.from_dict(e)).points for e in (entries, varying))
+    layers, table_points = (march(Model.from_dict(e)).state.points for e in (entries, varying))
     first, second = (
         np.lexsort(np.round(p.position - p.displacement, 9).T) for p in (layers, table_points)
     )
@@ -77,7 +77,7 @@ def test_settlement_of_a_column_whose_stiffness_grows_with_depth() -> None:
         entries["track"] = [
             {"name": "w", "quantity": "displacement", "at": [1.0, 2.0], "component": "y"}
         ]
-        points = march(Model.from_dict(entries)).points
+        points = march(Model.from_dict(entries)).state.points
         top = points.displacement[points.position[:, 1].argmax(), 1]
         half = 0.25 * height / cells  # of the highest point below the surface; stress is 0 there
         errors.append(abs(-top - exact) / exact)
@@ -94,7 +94,7 @@ def test_a_random_strength_is_reached_but_not_exceeded(distribution: str) -> Non
     entries["materials"]["soil"]["yield_stress"] = random_strength(distribution)
     entries["materials"]["soil"]["hardening_modulus"] = 0.0
     model = Model.from_dict(entries)
-    points = march(model).points
+    points = march(model).state.points
     assert (np.diff(points.point_id) < 0).any()  # they are
     own = points.varying["yield_stress"][points.point_id]
     column = points.ranges[0].law.parameters.index("yield_stress")
@@ -307,7 +307,7 @@ def test_results_do_not_depend_on_the_units() -> None:
         entries["bodies"][0]["shape"]["upper"] = [2.0 * length] * 2
         for boundary in entries["boundaries"]:
             boundary["at"] *= length
-        points = march(Model.from_dict(entries)).points
+        points = march(Model.from_dict(entries)).state.points
         assert points.plastic[:, 0].max() > 1e-3
         order = np.argsort(points.point_id)
         strains.append(points.deformation_gradient[order])

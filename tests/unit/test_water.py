@@ -235,19 +235,19 @@ def test_masses_below_the_water() -> None:
     del entries["bodies"][0]["material"]
     simulation = Simulation(Model.from_dict(entries))
     simulation.check()
-    upper = simulation.points.position[:, 1] > 1.0
-    np.testing.assert_allclose(pore_mass(simulation.points), 0.2 * 0.25 * upper)
-    np.testing.assert_allclose(simulation.points.mass, 2.0 * 0.25)
+    upper = simulation.state.points.position[:, 1] > 1.0
+    np.testing.assert_allclose(pore_mass(simulation.state.points), 0.2 * 0.25 * upper)
+    np.testing.assert_allclose(simulation.state.points.mass, 2.0 * 0.25)
 
 
 def test_stresses_without_water_are_those_of_the_laws() -> None:
     entries = wet("plane_strain")
     del entries["water"]
     simulation = Simulation(Model.from_dict(entries))
-    points = simulation.points
-    assert total_stress(points, simulation.water, 0.0) is points.stress
+    points = simulation.state.points
+    assert total_stress(points, simulation.setup.water, 0.0) is points.stress
     np.testing.assert_array_equal(effective_stress(points), points.stress)
-    assert simulation.water is None
+    assert simulation.setup.water is None
 
 
 REFUSED: dict[str, tuple[dict[str, Any], str, str]] = {

@@ -38,7 +38,7 @@ def error(boundaries: list[dict[str, Any]], steps: int, cell: float) -> float:
     simulation = Simulation(Model.from_dict(entries))
     times = [step / steps for step in range(steps + 1)]
     work = sum(simulation.advance(before, after).work for before, after in pairwise(times))
-    return work / simulation.points.stored_energy() - 1.0
+    return work / simulation.state.points.stored_energy() - 1.0
 
 
 @pytest.mark.parametrize("cell", [1.0, 2.0])

@@ -55,7 +55,7 @@ def test_a_force_that_is_higher_over_one_cell_does_not(run: Tow) -> None:
 
 
 def test_soil_that_is_compressed_or_whose_work_is_lost_is_seen(run: Tow) -> None:
-    assert plough.filling(run.end.points) == pytest.approx(1.0, rel=0.05)
+    assert plough.filling(run.end.state.points) == pytest.approx(1.0, rel=0.05)
     falling = replace(run, volume=1.0 - 0.002 * run.way / run.way[-1], energy=0.8 * run.work)
     seen = missed(list(plough.kept(falling)))
     assert any("soil's volume" in quantity for quantity in seen)
@@ -63,7 +63,7 @@ def test_soil_that_is_compressed_or_whose_work_is_lost_is_seen(run: Tow) -> None
 
 
 def test_soil_that_is_doubled_is_seen(simulation: Simulation) -> None:
-    points = simulation.points
+    points = simulation.state.points
     place = points.position.copy()
     try:
         points.position[place[:, 0] > 6.0] -= np.array([1.0, 0.0, 0.0])

@@ -10,9 +10,7 @@ explains is solved again from where the soil is.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from itertools import zip_longest
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,6 +19,9 @@ from tilth.analysis.observer import Search
 from tilth.analysis.predictor import Predictor
 from tilth.analysis.residual import Newton, Residual, most_patient
 from tilth.analysis.run_warnings import JUMP, NO_JUMP, RunWarnings
+from tilth.analysis.services import Services
+from tilth.analysis.setup import Setup
+from tilth.analysis.state import State
 from tilth.analysis.step import Equilibrium, solve_step
 from tilth.analysis.step_result import PreparedStep
 from tilth.arrays import Floats
@@ -30,45 +31,39 @@ from tilth.terms.balance import Balance
 from tilth.terms.drag import Drag
 from tilth.terms.protocol import Changes
 
-if TYPE_CHECKING:
-    from tilth.analysis.simulation import Simulation
-
 Attempt = tuple[Newton, Floats | None]
 """Settings of the iteration, and the nodal displacement (nodes, dim) it begins with, None for 0."""
 
 
 def solve(
-    simulation: Simulation,
+    setup: Setup,
+    state: State,
+    services: Services,
     step: PreparedStep,
     soil: Soil,
     balance: Balance,
-    on_iteration: Callable[[int, float], None],
-    tolerance: float | None = None,
+    on_iteration: Callable[[int, float], None] = lambda iteration, residual: None,
     drag: Drag | None = None,
 ) -> Equilibrium:
     """Finds the equilibrium of a step, in several attempts if Newton's iteration needs them.
 
     Args:
-        simulation: whose step it is.
+        setup, state, services: of the analysis whose step it is.
         step, soil, balance: the step, with all its terms.
         on_iteration: is called with each iteration and its relative residual.
-        tolerance: of the residual if it is less than that of the analysis [-].
         drag: one of the terms, against which soil creeps after the other attempts have failed, soil
             with friction before contact is tried with care; None if it does not.
 
     Raises:
         StepFailed: there is no equilibrium.
     """
-    attempts, predictor = simulation.attempts, simulation.predictor
-    if tolerance is not None:
-        least = min(tolerance, simulation.model.analysis.tolerance)
-        attempts = [replace(newton, tolerance=least) for newton in attempts]
+    attempts, predictor, warnings = setup.attempts, state.predictor, services.warnings
     guess: Floats | None = None
     explained: float | None = None
-    dynamics = simulation.dynamics
-    if dynamics is not None and (simulation.relaxes or step.after > step.before):
+    dynamics = state.dynamics
+    if dynamics is not None and (state.relaxes or step.after > step.before):
         guess = dynamics.guess(balance)
-    elif simulation.model.analysis.predictor and not simulation.is_forced:
+    elif setup.model.analysis.predictor and not state.is_forced:
         held = step.constraints.coupled_nodes()  # a free motion has no guess
         guess = predictor.guess(soil, step.before, step.after, held)
         if guess is not None:
@@ -81,18 +76,16 @@ def solve(
         unknowns: Floats | None = None,
         search: Search = Search.STEP,
     ) -> Equilibrium:
-        with simulation.services.observer.solving(newton, guess, search):
+        with services.observer.solving(newton, guess, search):
             return solve_step(
-                balance, step.conditions, simulation.services, newton, guess, on_iteration, unknowns
+                balance, step.conditions, services, newton, guess, on_iteration, unknowns
             )
 
-    yields = drag is not None and simulation.has_friction
-    resting = predictor if simulation.contact_surfaces and not yields else None
+    yields = drag is not None and setup.has_friction
+    resting = predictor if state.contact_surfaces and not yields else None
     tries, later = attempts_from(guess, attempts, yields, again=resting is None)
     try:
-        return solve_in_attempts(
-            tries, solved, step, balance, explained, resting, simulation.services.warnings
-        )
+        return solve_in_attempts(tries, solved, step, balance, explained, resting, warnings)
     except StepFailed as failure:
         if drag is None:
             raise
@@ -109,14 +102,23 @@ def solve(
             return solved(newton, guess, unknowns, search)
 
         found = crept_to_rest(
-            simulation, step, soil, crept, drag, newton, start, residual, failure.reason
-        )
+            step,
+            soil,
+            state.owned_points,
+            warnings,
+            crept,
+            drag,
+            newton,
+            start,
+            residual,
+            failure.reason,
+        )  # fmt: skip
         if found is not None:
             return found
         if not later:
             raise
     balance.restart(later[0][0].changes)
-    return solve_in_attempts(later, solved, step, balance, None, None, simulation.services.warnings)
+    return solve_in_attempts(later, solved, step, balance, None, None, warnings)
 
 
 def attempts_from(

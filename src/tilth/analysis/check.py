@@ -45,7 +45,7 @@ def check(model: Model) -> CheckResult:
     warnings: list[str] = []
     for simulation, active in StagedAnalysis(model).starts():
         unknowns = active.nodes * model.dimension
-        sizes.append((len(simulation.points), len(active.cell_keys), unknowns))
+        sizes.append((len(simulation.state.points), len(active.cell_keys), unknowns))
         warnings += simulation.services.warnings.texts
     points, active_cells, unknowns = max(sizes)
     return CheckResult(points, active_cells, unknowns, warnings)

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from tilth.analysis.rigid_shapes import placed, rigid_shapes
-from tilth.analysis.simulation import Simulation
+from tilth.analysis.state import State
 from tilth.analysis.step_result import StepResult
 from tilth.model import ImplicitBoundary, Model
 from tilth.mpm.points import MaterialPoints
@@ -46,9 +46,9 @@ class ContactOutput:
             for name in self._names
         )
 
-    def rigid_bodies(self, simulation: Simulation) -> tuple[SurfaceShape, ...]:
+    def rigid_bodies(self, state: State) -> tuple[SurfaceShape, ...]:
         """Returns the surfaces of the rigid bodies where they are."""
-        return tuple(shape.at(*placed(simulation, name)) for name, shape in self._shapes.items())
+        return tuple(shape.at(*placed(state, name)) for name, shape in self._shapes.items())
 
 
 def _shape(name: str, state: ContactState) -> ContactShape:

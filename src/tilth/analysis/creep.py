@@ -19,20 +19,18 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from tilth.analysis.residual import Newton, Refinement, Residual
+from tilth.analysis.run_warnings import RunWarnings
 from tilth.analysis.step import Equilibrium
 from tilth.analysis.step_result import PreparedStep
 from tilth.arrays import Floats
 from tilth.errors import StepFailed
+from tilth.mpm.points import MaterialPoints
 from tilth.mpm.soil import Soil
 from tilth.terms.drag import Drag
-
-if TYPE_CHECKING:
-    from tilth.analysis.simulation import Simulation
 
 PSEUDO_STEPS = 100
 """Pseudo-steps that are tried, at most."""
@@ -149,9 +147,10 @@ def creep(
 
 
 def crept_to_rest(
-    simulation: Simulation,
     step: PreparedStep,
     soil: Soil,
+    own: MaterialPoints,
+    warnings: RunWarnings,
     solve: Solve,
     drag: Drag,
     newton: Newton,
@@ -166,14 +165,15 @@ def crept_to_rest(
     as stiff as a bar of all soil, E times its area over its length.
 
     Args:
-        simulation: whose step it is.
         step, soil: the step.
+        own: the points that this process owns.
+        warnings: of the run.
         solve, drag, newton: see `creep`.
         displacement: of the nodes to begin with, prescribed motion included [length], (nodes, dim).
         residual: of the balance.
         reason: why Newton's iteration failed.
     """
-    comm, own, owned = simulation.comm, simulation.owned_points, soil.active.owned
+    comm, owned = soil.active.comm, soil.active.owned
     young = comm.sum(float((own.elastic_moduli().young * own.volume).sum()))
     extent = [
         comm.max(float(x.max(initial=-math.inf))) + comm.max(float((-x).max(initial=-math.inf)))
@@ -184,21 +184,21 @@ def crept_to_rest(
     }  # fmt: skip
     whole = comm.sum(float(own.volume.sum()))
     shares = soil.nodal_volume / comm.sum(float(soil.nodal_volume[owned].sum()))
-    drag.stiffness = shares * (young / whole) * around[simulation.kind]
+    drag.stiffness = shares * (young / whole) * around[soil.kind]
     driven = step.driven
     most = LARGEST_SLUMP if driven > 0.0 else LARGEST_CREEP
     bound = driven + most * float(step.active.grid.cell_size.min())
     slow = 0
     for each in creep(solve, drag, newton, residual, displacement, None, soil):
         if each.at_rest:
-            simulation.services.warnings.crept(reason, step.after)
+            warnings.crept(reason, step.after)
             return each.found
         moved = np.linalg.norm(soil.interpolate(each.found.displacement), axis=1)
         if comm.max(float(moved.max(initial=0.0))) > bound:
             break
         slow = slow + 1 if each.borne <= FALLING else 0
         if driven > 0.0 and slow == PATIENCE:
-            simulation.services.warnings.falls(each.borne, step.after)
+            warnings.falls(each.borne, step.after)
             return replace(each.found, residuals=[*each.found.residuals, each.borne])
     soil.past = None
     return None

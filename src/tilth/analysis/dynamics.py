@@ -6,12 +6,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from tilth.analysis.attempts import solve
+from tilth.analysis.step import Equilibrium
 from tilth.analysis.step_result import PreparedStep
 from tilth.analysis.wave_boundaries import WaveBoundaries
 from tilth.arrays import Floats
@@ -26,9 +26,6 @@ from tilth.terms.ghost import Faces
 from tilth.terms.inertia import Inertia, TimeIntegration, TimeStep
 from tilth.terms.protocol import Term
 from tilth.terms.stiffness_damping import StiffnessDamping
-
-if TYPE_CHECKING:
-    from tilth.analysis.simulation import Simulation
 
 START = 1e-3
 """Size of the step that gives the accelerations at the start, relative to that of the first one."""
@@ -120,32 +117,12 @@ class Dynamics:
         """Returns inertia and damping of the motion that the points have [force], (nodes, dim)."""
         return balance.motion.force_at_start(self._damping)
 
-    def begin(self, simulation: Simulation, time: float, size: float) -> None:
-        """Finds the accelerations at the start, if they are unknown.
-
-        They are those after a very short step from rest, under the forces at its start. A stage
-        after another one begins in balance: what is not is held and released.
+    def start(self, found: Equilibrium, balance: Balance, soil: Soil, size: float) -> None:
+        """Gives points and bodies the accelerations after the very short step from rest.
 
         size: of the first step [time].
-
-        Raises:
-            StepFailed: they are not found.
         """
-        if self.begun:
-            return
-        with self.at_start(size):
-            step = simulation.prepare(time, time)
-            soil = simulation.soil_on(step.active)
-            balance = Balance(step.active, simulation.terms(step, soil))
-            taken, unbalanced = simulation.waves.take_over(step, soil, balance)
-            if taken:
-                simulation.services.warnings.not_at_rest(unbalanced)
-                balance = Balance(step.active, simulation.terms(step, soil))
-            if simulation.model.stage.releases:
-                self.begun = True
-                return
-            found = solve(simulation, step, soil, balance, lambda iteration, residual: None)
-        after, motion = balance.motion.after(found.displacement), simulation.points.motion
+        after, motion = balance.motion.after(found.displacement), soil.points.motion
         acceleration = soil.interpolate(after.acceleration) - self._damping * motion[:, 0]
         motion[:, 1] = motion[:, 2] = acceleration
         balance.start(found.global_unknowns, size)

@@ -8,7 +8,8 @@ import math
 import numpy as np
 
 from tilth.analysis.rigid_shapes import placed, rigid_shapes
-from tilth.analysis.simulation import Simulation
+from tilth.analysis.setup import Setup
+from tilth.analysis.state import State
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Flags, Floats
 from tilth.geometry.round import Circle, Sphere
@@ -45,18 +46,18 @@ class Embedment:
         self._column = initial.position[there, :-1], half[:, :-1]
         self._height = initial.position[there, -1] + half[:, -1]
 
-    def depth(self, simulation: Simulation, result: StepResult | None) -> float:
+    def depth(self, setup: Setup, state: State, result: StepResult | None) -> float:
         """Returns the depth [length] after a step; NaN where there is no soil or no boundary.
 
         All processes call it.
         """
         if self._shape is not None:
-            if all(body.name != self._name for body in simulation.model.rigid_bodies):
+            if all(body.name != self._name for body in setup.model.rigid_bodies):
                 return math.nan
-            motion = placed(simulation, self._name)
+            motion = placed(state, self._name)
             lowest, place = self._shape.lowest(*motion), self._shape.at(*motion).position
         else:
-            found = self._of_boundary(simulation, result)
+            found = self._of_boundary(state, result)
             if found is None:
                 return math.nan
             lowest, place = found
@@ -67,22 +68,20 @@ class Embedment:
         if self._axisymmetric:
             low = -high
         beside = 0.5 * (high - low)
-        points = simulation.points
+        points = state.points
         across = points.position[:, :-1]
         near = ((across >= low - beside) & (across <= high + beside)).all(axis=1)
         tops = upper_edges(points)[:, -1]
-        highest = simulation.comm.max(float(tops.max(initial=-math.inf, where=near)))
+        highest = state.comm.max(float(tops.max(initial=-math.inf, where=near)))
         return (highest if math.isfinite(highest) else math.nan) - float(lowest[-1])
 
-    def _of_boundary(
-        self, simulation: Simulation, result: StepResult | None
-    ) -> tuple[Floats, Floats] | None:
+    def _of_boundary(self, state: State, result: StepResult | None) -> tuple[Floats, Floats] | None:
         """Returns lowest point and vertices of an implicit boundary; None if it does not act."""
-        boundary = next((b for b in simulation.implicit if b.name == self._name), None)
+        boundary = next((b for b in state.implicit if b.name == self._name), None)
         if boundary is None:
             return None
         geometry = boundary.geometry
-        columns, most = simulation.points.position.T, simulation.comm.max
+        columns, most = state.points.position.T, state.comm.max
         low = np.array([-most(-float(x.min(initial=np.inf))) for x in columns])
         high = np.array([most(float(x.max(initial=-np.inf))) for x in columns])
         factor = boundary.factor(0.0 if result is None else result.time)

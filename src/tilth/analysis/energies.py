@@ -5,7 +5,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from tilth.analysis.simulation import Simulation
+from tilth.analysis.setup import Setup
+from tilth.analysis.state import State
 from tilth.analysis.step_result import StepResult
 from tilth.mpm.wet_mass import total_mass
 
@@ -51,9 +52,9 @@ class Energies:
     gaps: float = 0.0
 
     @classmethod
-    def at_start(cls, simulation: Simulation) -> Energies:
+    def at_start(cls, setup: Setup, state: State) -> Energies:
         """Returns those before the first step."""
-        return cls(start=stored_energy(simulation) + kinetic_energy(simulation, 0.0))
+        return cls(start=stored_energy(state) + kinetic_energy(setup, state, 0.0))
 
     def add(self, result: StepResult) -> None:
         """Adds those of a converged step."""
@@ -65,18 +66,18 @@ class Energies:
         self.stabilisation += result.stabilisation_work
         self.gaps += result.gap_work
 
-    def value(self, kind: str, simulation: Simulation, time: float) -> float:
+    def value(self, kind: str, setup: Setup, state: State, time: float) -> float:
         """Returns an energy after the steps to a time of the stage, by its kind as in `Track`."""
         if kind == "elastic":
-            return stored_energy(simulation)
+            return stored_energy(state)
         if kind == "kinetic":
-            return kinetic_energy(simulation, time)
-        return self.values(simulation, time)[kind]
+            return kinetic_energy(setup, state, time)
+        return self.values(setup, state, time)[kind]
 
-    def values(self, simulation: Simulation, time: float) -> dict[str, float]:
+    def values(self, setup: Setup, state: State, time: float) -> dict[str, float]:
         """Returns all energies after the steps to a time of the stage, by their kinds."""
-        points, comm = simulation.owned_points, simulation.comm
-        stored = {"elastic": stored_energy(simulation), "kinetic": kinetic_energy(simulation, time)}
+        points, comm = state.owned_points, state.comm
+        stored = {"elastic": stored_energy(state), "kinetic": kinetic_energy(setup, state, time)}
         lost = {
             "plastic_dissipation": comm.sum(float(points.plastic[:, 1] @ points.initial_volume)),
             "friction_dissipation": self.friction,
@@ -92,13 +93,13 @@ class Energies:
         }  # fmt: skip
 
 
-def stored_energy(simulation: Simulation) -> float:
+def stored_energy(state: State) -> float:
     """Returns the elastic energy of the soil of all processes [force length]."""
-    return simulation.comm.sum(simulation.owned_points.stored_energy())
+    return state.comm.sum(state.owned_points.stored_energy())
 
 
-def kinetic_energy(simulation: Simulation, time: float) -> float:
+def kinetic_energy(setup: Setup, state: State, time: float) -> float:
     """Returns the kinetic energy of all soil, with the water in it [force length]."""
-    points = simulation.owned_points
-    mass = total_mass(points, simulation.water, time)
-    return simulation.comm.sum(points.kinetic_energy(mass))
+    points = state.owned_points
+    mass = total_mass(points, setup.water, time)
+    return state.comm.sum(points.kinetic_energy(mass))

@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from tilth.analysis.owners import state_of
 from tilth.analysis.simulation import Simulation
+from tilth.analysis.state import State
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.comm import SERIAL, Communicator
@@ -20,26 +21,28 @@ from tilth.mpm.distribution import Distribution, KeyedRows
 from tilth.output.snapshot import Snapshot
 
 
-def gathered_state(simulation: Simulation) -> dict[str, npt.NDArray[Any]]:
-    """Returns what a later step reads, as `Simulation.arrays` of a serial run, in process 0.
+def gathered_state(state: State) -> dict[str, npt.NDArray[Any]]:
+    """Returns what a later step reads, as `State.arrays` of a serial run, in process 0.
 
     All processes call it; the others get an empty dictionary.
     """
-    distribution = simulation.distribution
+    distribution, comm = state.distribution, state.comm
     if distribution.serial:
-        return simulation.arrays()
-    found = distribution.gathered(simulation.points)
-    for owner, each in simulation.owners().items():
-        state = state_of({owner: each})
+        return state.arrays()
+    found = distribution.gathered(state.points)
+    for owner, each in state.owners.items():
+        own_state = state_of({owner: each})
         if isinstance(each, KeyedRows):
             key, names = each.rows()
             own = distribution.owns(key)
-            parts = [_joined(simulation.comm, state[f"{owner}.{name}"][own]) for name in names]
-            if simulation.comm.rank == 0:
+            parts = [_joined(comm, own_state[f"{owner}.{name}"][own]) for name in names]
+            if comm.rank == 0:
                 order = np.argsort(parts[0], kind="stable")
-                state |= {f"{owner}.{n}": part[order] for n, part in zip(names, parts, strict=True)}
-        if simulation.comm.rank == 0:
-            found |= state
+                own_state |= {
+                    f"{owner}.{n}": part[order] for n, part in zip(names, parts, strict=True)
+                }
+        if comm.rank == 0:
+            found |= own_state
     return found
 
 
@@ -75,17 +78,21 @@ def gathered_snapshot(own: Snapshot, active: ActiveGrid) -> Snapshot:
     )
 
 
-def whole_simulation(simulation: Simulation) -> Simulation:
-    """Returns a simulation that has the points of all processes, in each of them, for a look at it.
+def whole_state(state: State) -> State:
+    """Returns a state that has the points of all processes, in each of them, for a look at it.
 
-    The simulation itself in a serial run.
+    The state itself in a serial run.
     """
-    distribution = simulation.distribution
-    if distribution.serial:
-        return simulation
+    if state.distribution.serial:
+        return state
+    points = state.distribution.whole(state.points)
+    return state.with_points(points, Distribution(SERIAL, points, state.grid))
+
+
+def whole_simulation(simulation: Simulation) -> Simulation:
+    """Returns a simulation with the whole state, see `whole_state`."""
     whole = copy(simulation)
-    whole.points = distribution.whole(simulation.points)
-    whole.distribution = Distribution(SERIAL, whole.points, whole.grid)
+    whole.state = whole_state(simulation.state)
     return whole
 
 
@@ -94,17 +101,17 @@ def collected(simulation: Simulation) -> Simulation:
 
     The simulation itself in a serial run; otherwise it must not be used afterwards.
     """
-    distribution, comm = simulation.distribution, simulation.comm
+    distribution, comm = simulation.state.distribution, simulation.state.comm
     if distribution.serial:
         return simulation
-    for each in simulation.owners().values():
+    for each in simulation.state.owners.values():
         if isinstance(each, KeyedRows):
-            (key, names), state = each.rows(), each.state()
+            (key, names), arrays = each.rows(), each.state()
             own = distribution.owns(key)
-            parts = zip(*comm.gathered([state[name][own] for name in names]), strict=True)
-            arrays = [np.concatenate(part) for part in parts]
-            order = np.argsort(arrays[0], kind="stable")
-            each.restore(state | {n: a[order] for n, a in zip(names, arrays, strict=True)})
+            parts = zip(*comm.gathered([arrays[name][own] for name in names]), strict=True)
+            joined = [np.concatenate(part) for part in parts]
+            order = np.argsort(joined[0], kind="stable")
+            each.restore(arrays | {n: a[order] for n, a in zip(names, joined, strict=True)})
     return whole_simulation(simulation)
 
 
@@ -145,15 +152,15 @@ def _joined(comm: Communicator, own: npt.NDArray[Any]) -> npt.NDArray[Any]:
     return np.concatenate(parts) if parts else own
 
 
-def processes_text(simulation: Simulation) -> str:
+def processes_text(state: State) -> str:
     """Returns what a step's line in the log says of the processes; empty for a serial run."""
-    distribution, comm = simulation.distribution, simulation.comm
+    distribution, comm = state.distribution, state.comm
     if distribution.serial:
         return ""
     own = distribution.own
     counts = comm.gathered(int(own.sum()))
-    mass = comm.sum(float(simulation.points.mass[own].sum()))
-    volume = comm.sum(float(simulation.points.initial_volume[own].sum()))
+    mass = comm.sum(float(state.points.mass[own].sum()))
+    volume = comm.sum(float(state.points.initial_volume[own].sum()))
     moved = int(comm.sum(float(distribution.moved)))
     return (
         f"processes have {min(counts):,} to {max(counts):,} of {sum(counts):,} points, "

@@ -17,6 +17,7 @@ import numpy as np
 from tilth.analysis.attempts import solve
 from tilth.analysis.residual import ITERATIONS_BEFORE_ROUND_OFF, Iterate, Newton, Residual
 from tilth.analysis.simulation import Simulation
+from tilth.analysis.state import State
 from tilth.analysis.step import Equilibrium
 from tilth.analysis.step_result import PreparedStep, StepResult, result_of
 from tilth.arrays import Floats
@@ -112,8 +113,8 @@ def find_initial_equilibrium(
         BadInput: without its plastic strain a stress lies outside the yield surface, or code of
             the user fails.
     """
-    model, comm = simulation.model, simulation.comm
-    own = simulation.distribution.owned(simulation.points)
+    model, comm = simulation.setup.model, simulation.state.comm
+    own = simulation.state.distribution.owned(simulation.state.points)
     number, before = np.sort(own.point_id), own.stress[own.in_order]
     gravity = [each.steps for each in model.initial.stress if isinstance(each, GravityStress)]
     search = _Search(simulation, max(gravity, default=1), on_iteration)
@@ -121,13 +122,13 @@ def find_initial_equilibrium(
         result, residual = search.run()
     except BadInput as error:  # code of the user that fails
         raise error.during("in the search for the equilibrium of the starting state") from error
-    points = simulation.points
+    points = simulation.state.points
     if model.initial.reset_plastic_strain:
         points.plastic[:] = 0.0
         with together(comm):
             for range_ in points.ranges:
                 require_within_yield(points.part(range_), "initial.reset_plastic_strain")
-    own = simulation.distribution.owned(points)
+    own = simulation.state.distribution.owned(points)
     order = own.in_order
     assert np.array_equal(own.point_id[order], number), "points that do not move changed process"
     change = np.abs(own.stress[order] - before).max(axis=1)
@@ -222,7 +223,7 @@ class _Search:
             if first:
                 self.first_residual, first = now.relative, False
             if self._settled(residual, now):
-                return _result_at_rest(simulation, step, balance, now), now.relative
+                return _result_at_rest(simulation.state, step, balance, now), now.relative
             share = self._share()
             unbalanced = np.where(constrained, 0.0, now.forces.residual)
             withheld.withheld = (1.0 - share) * unbalanced
@@ -236,33 +237,33 @@ class _Search:
 
     def _load_bodies(self, share: float) -> None:
         """Lets a share of the forces on the rigid bodies act, but for those that move freely."""
-        for body in self._simulation.bodies:
+        for body in self._simulation.state.bodies:
             body.load_share = 0.0 if body in self._flying else share
 
     def _flying_bodies(self) -> list[RigidBody]:
         """Returns the bodies with inertia that begin with a velocity or off the soil."""
         simulation = self._simulation
-        if simulation.declared_dynamics is None:
+        if simulation.state.declared_dynamics is None:
             return []
         contacts = simulation.prepare(0.0, 0.0).constraints.contacts
         return [
             body
-            for body in simulation.bodies
+            for body in simulation.state.bodies
             if body.free.any()
             and (body.is_moving or not any(c.touches for c in contacts if c.boundary.body is body))
         ]
 
     def _settled(self, residual: Residual, now: Iterate) -> bool:
         simulation, last = self._simulation, self._last_residual
-        loaded = simulation.comm.max(float(now.forces.load.any())) > 0.0
+        loaded = simulation.state.comm.max(float(now.forces.load.any())) > 0.0
         if self._left == 1.0 and self._size < 1.0 and loaded:
             return now.relative == 0.0  # gravity loading has not begun
         self._last_residual = now.relative
-        wanted = min(RESIDUAL, simulation.model.analysis.tolerance)
+        wanted = min(RESIDUAL, simulation.setup.model.analysis.tolerance)
         if now.relative > 0.5 * last and self._left == 0.0:
             wanted = RESIDUAL  # it does not become less
         late = ITERATIONS_BEFORE_ROUND_OFF if self.parts else 0
-        return residual.balanced(now, Newton(wanted, 0, False, simulation.round_off), late)
+        return residual.balanced(now, Newton(wanted, 0, False, simulation.setup.round_off), late)
 
     def _share(self) -> float:
         """Returns the part of the force still unbalanced that is applied next."""
@@ -274,18 +275,21 @@ class _Search:
         What springs hold of a body stays where it has come to.
         """
         simulation = self._simulation
-        equilibrium = solve(simulation, step, soil, balance, self._on_iteration, NEWTON_RESIDUAL)
+        equilibrium = solve(
+            simulation.setup.with_tolerance(NEWTON_RESIDUAL), simulation.state,
+            simulation.services, step, soil, balance, self._on_iteration,
+        )  # fmt: skip
         self.iterations += equilibrium.iterations
-        with together(simulation.comm):
+        with together(simulation.state.comm):
             checked = balance.check(equilibrium.displacement)
-        points = simulation.points
+        points = simulation.state.points
         kept = {name: getattr(points, name).copy() for name in _KEPT}
         if self._left == 0.0:
             kept["elastic_share"] = points.elastic_share.copy()
-        places = [body.place_now() for body in simulation.bodies]
+        places = [body.place_now() for body in simulation.state.bodies]
         balance.commit(equilibrium.displacement, checked)
         put_back(points, kept)
-        for body, place in zip(simulation.bodies, places, strict=True):
+        for body, place in zip(simulation.state.bodies, places, strict=True):
             body.put_back(place)
 
     def _accept(self, share: float, residual: Residual, before: Iterate) -> None:
@@ -312,9 +316,9 @@ class _Search:
         where = ""
         if failure.point is not None:
             simulation = self._simulation
-            place = simulation.distribution.place(simulation.points, failure.point)
+            place = simulation.state.distribution.place(simulation.state.points, failure.point)
             where = f", at the point {failure.point} at {place_text(place)}"
-        loaded = [each.name for each in self._simulation.bodies if each.is_loaded(0.0)]
+        loaded = [each.name for each in self._simulation.state.bodies if each.is_loaded(0.0)]
         loose = ""
         if loaded:
             loose = (
@@ -331,15 +335,13 @@ class _Search:
         )
 
 
-def _result_at_rest(
-    simulation: Simulation, step: PreparedStep, balance: Balance, now: Iterate
-) -> StepResult:
+def _result_at_rest(state: State, step: PreparedStep, balance: Balance, now: Iterate) -> StepResult:
     """Returns the forces on soil that does not move, from its state without displacement."""
     constrained = step.conditions.constrained
     reaction = np.where(constrained, now.forces.residual, 0.0)
     zero = np.zeros_like(step.conditions.increment)
     still = Equilibrium(zero, now.forces.load, reaction, reaction, [now.relative], now.unknowns)
-    return result_of(step, balance, still, simulation.kept_contact, simulation.kept_ghost)
+    return result_of(step, balance, still, state.kept_contact, state.kept_ghost)
 
 
 def forces_at_rest(simulation: Simulation) -> StepResult:
@@ -353,7 +355,7 @@ def forces_at_rest(simulation: Simulation) -> StepResult:
     residual = Residual(balance, step.conditions.constrained)
     zero = np.zeros_like(step.conditions.increment)
     now = residual.at(zero, np.zeros_like(balance.global_scale))
-    return _result_at_rest(simulation, step, balance, now)
+    return _result_at_rest(simulation.state, step, balance, now)
 
 
 def put_back(points: MaterialPoints, kept: dict[str, Floats]) -> None:

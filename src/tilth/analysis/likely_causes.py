@@ -11,13 +11,18 @@ import numpy as np
 from tilth.analysis.clock import Clock
 from tilth.analysis.contact_warnings import contact_laws
 from tilth.analysis.model_warnings import NEARLY_INCOMPRESSIBLE, acts, at
-from tilth.analysis.simulation import Simulation
+from tilth.analysis.prepare import prepare
+from tilth.analysis.services import Services
+from tilth.analysis.setup import Setup
+from tilth.analysis.state import State
 from tilth.arrays import Flags
 from tilth.boundaries.implicit.passage import points_behind
 from tilth.boundaries.step.conditions import require_no_rigid_motion
 from tilth.errors import BadInput, StepFailed
-from tilth.grid.background import LEFT_LIMITS
+from tilth.grid.background import LEFT_LIMITS, Grid
+from tilth.model import Model
 from tilth.mpm.domains import LARGEST_HALF_LENGTH
+from tilth.mpm.points import MaterialPoints
 from tilth.mpm.shear_strength import shear_strength
 from tilth.mpm.torn_off import TORN_OFF, torn_off
 
@@ -31,31 +36,33 @@ WIDE_DOMAIN = 2.0
 """Width of a domain, in cells, from which on it averages the deformation over too many of them."""
 
 
-def likely_causes(simulation: Simulation, clock: Clock, failure: StepFailed) -> list[str]:
+def likely_causes(
+    setup: Setup, state: State, services: Services, clock: Clock, failure: StepFailed
+) -> list[str]:
     """Returns likely causes of a failed step, one sentence each, those with most evidence first.
 
-    simulation: in the state before the step, to which it has been undone. clock: at that time.
+    state: before the step, to which it has been undone, of all processes. clock: at that time.
     """
+    model, points = setup.model, state.points
     return [
-        *_left_limits(simulation, failure),
-        *_behind(simulation, clock),
-        *_not_constrained(simulation, clock),
-        *_held_by_contact(simulation, clock),
-        *_limit_load(simulation, clock),
-        *_without_strength(simulation, failure),
-        *_domains(simulation),
-        *_locking(simulation),
-        *_f_bar_in_dilating_soil(simulation),
-        *_torn_off(simulation),
-        *_first_step(simulation, clock),
+        *_left_limits(model, points, failure),
+        *_behind(state, clock),
+        *_not_constrained(setup, state, services, clock),
+        *_held_by_contact(setup, state, services, clock),
+        *_limit_load(model, points, clock),
+        *_without_strength(model, points, failure),
+        *_domains(points, state.grid),
+        *_locking(model, points),
+        *_f_bar_in_dilating_soil(model, points),
+        *_torn_off(points),
+        *_first_step(model, clock),
     ]
 
 
-def _left_limits(simulation: Simulation, failure: StepFailed) -> Iterator[str]:
-    limits = simulation.model.grid.limits
+def _left_limits(model: Model, points: MaterialPoints, failure: StepFailed) -> Iterator[str]:
+    limits = model.grid.limits
     if failure.reason != LEFT_LIMITS or limits is None or failure.point is None:
         return
-    points = simulation.points
     position = points.position[points.index_of(np.array([failure.point]))[0]]
     yield (
         f"soil moves out of the grid's limits, first point {failure.point} from {at(position)}: "
@@ -63,12 +70,11 @@ def _left_limits(simulation: Simulation, failure: StepFailed) -> Iterator[str]:
     )
 
 
-def _behind(simulation: Simulation, clock: Clock) -> Iterator[str]:
-    grid = simulation.grid
-    for boundary in simulation.implicit:
+def _behind(state: State, clock: Clock) -> Iterator[str]:
+    for boundary in state.implicit:
         if boundary.quadrature is None:
             continue
-        behind, depth = points_behind(boundary, simulation.points, clock.time, grid)
+        behind, depth = points_behind(boundary, state.points, clock.time, state.grid)
         if len(behind):
             stays = ", and nothing pushes them out: begin with all soil in front of it; near it"
             yield (
@@ -79,12 +85,12 @@ def _behind(simulation: Simulation, clock: Clock) -> Iterator[str]:
             )
 
 
-def _not_constrained(simulation: Simulation, clock: Clock) -> Iterator[str]:
+def _not_constrained(setup: Setup, state: State, services: Services, clock: Clock) -> Iterator[str]:
     """A rigid-body motion that the conditions at this time leave free."""
     try:
-        step = simulation.prepare(clock.time, clock.next_time())
+        step = prepare(setup, state, services, clock.time, clock.next_time())
         require_no_rigid_motion(
-            step.active, simulation.kind, step.conditions.constrained, step.constraints
+            step.active, setup.kind, step.conditions.constrained, step.constraints
         )
     except StepFailed:
         return
@@ -96,10 +102,10 @@ def _not_constrained(simulation: Simulation, clock: Clock) -> Iterator[str]:
         )
 
 
-def _held_by_contact(simulation: Simulation, clock: Clock) -> Iterator[str]:
+def _held_by_contact(setup: Setup, state: State, services: Services, clock: Clock) -> Iterator[str]:
     """Soil and rigid bodies that slide or come off where contact alone holds them."""
     beyond = "what friction and soil cannot resist has no equilibrium"
-    for body in simulation.bodies:
+    for body in state.bodies:
         loose = body.free & (body.springs == 0.0)
         names = ", ".join(name for name, free in zip(body.components, loose, strict=True) if free)
         if names:
@@ -108,7 +114,7 @@ def _held_by_contact(simulation: Simulation, clock: Clock) -> Iterator[str]:
                 "these components instead of the forces on them, or give springs"
             )
     try:
-        step = simulation.prepare(clock.time, clock.next_time())
+        step = prepare(setup, state, services, clock.time, clock.next_time())
     except (StepFailed, BadInput):
         return
     if not step.constraints.contacts:
@@ -116,12 +122,12 @@ def _held_by_contact(simulation: Simulation, clock: Clock) -> Iterator[str]:
     try:
         require_no_rigid_motion(
             step.active,
-            simulation.kind,
+            setup.kind,
             step.conditions.constrained,
             replace(step.constraints, contacts=()),
         )
     except BadInput:
-        laws = [law for _, law in contact_laws(simulation.model)]
+        laws = [law for _, law in contact_laws(setup.model)]
         slides = any(law.tangential in ("smooth", "friction", "adhesion") for law in laws)
         yield (
             f"only contact holds some of the soil: {beyond}, and it slides or comes off; add a "
@@ -129,9 +135,8 @@ def _held_by_contact(simulation: Simulation, clock: Clock) -> Iterator[str]:
         )
 
 
-def _limit_load(simulation: Simulation, clock: Clock) -> Iterator[str]:
+def _limit_load(model: Model, points: MaterialPoints, clock: Clock) -> Iterator[str]:
     """A load that changes while much of the soil flows plastically."""
-    model, points = simulation.model, simulation.points
     before, after = clock.time, clock.next_time()
     factors = {
         f"loads[{i}] {curve.factor(before):.4g}": curve.factor(after) != curve.factor(before)
@@ -151,11 +156,10 @@ def _limit_load(simulation: Simulation, clock: Clock) -> Iterator[str]:
     )
 
 
-def _without_strength(simulation: Simulation, failure: StepFailed) -> Iterator[str]:
+def _without_strength(model: Model, points: MaterialPoints, failure: StepFailed) -> Iterator[str]:
     """Soil that has friction but neither cohesion nor pressure, as fill just placed."""
     if failure.point is None:
         return
-    points, model = simulation.points, simulation.model
     cohesion, tangent = shear_strength(points, model)
     weak = (cohesion == 0.0) & (tangent > 0.0) & ~points.stress.any(axis=1)
     if weak[points.index_of(np.array([failure.point]))[0]]:
@@ -167,11 +171,10 @@ def _without_strength(simulation: Simulation, failure: StepFailed) -> Iterator[s
         )
 
 
-def _domains(simulation: Simulation) -> Iterator[str]:
+def _domains(points: MaterialPoints, grid: Grid) -> Iterator[str]:
     """Domains of the points that have grown over the cells."""
-    points = simulation.points
     for body, own in points.whole_bodies():
-        i, cell = body.body, simulation.grid.sizes_at(points.position[own])
+        i, cell = body.body, grid.sizes_at(points.position[own])
         width = 2.0 * (points.half_length[own] / cell).max(axis=1)
         if body.has_corners:
             wide, rule = width > WIDE_DOMAIN, f'basis = "{body.basis}"'
@@ -191,11 +194,10 @@ def _domains(simulation: Simulation) -> Iterator[str]:
             )
 
 
-def _locking(simulation: Simulation) -> Iterator[str]:
+def _locking(model: Model, points: MaterialPoints) -> Iterator[str]:
     """Bodies that keep their volume, by elasticity or by plastic flow, without F-bar."""
-    points = simulation.points
     poisson = points.elastic_moduli().poisson
-    dilates = _dilates(simulation)
+    dilates = _dilates(model, points)
     flows = (points.elastic_share < STEADY_FLOW) & ~dilates
     for body, own in points.whole_bodies():
         i = body.body
@@ -208,9 +210,9 @@ def _locking(simulation: Simulation) -> Iterator[str]:
             why = "flows plastically, at constant volume or nearly so,"
         else:
             continue
-        others = _layers(simulation, i, dilates)
+        others = _layers(model, points, i, dilates)
         apart = ""
-        if 0 < len(others) < len(simulation.model.bodies[i].materials):
+        if 0 < len(others) < len(model.bodies[i].materials):
             apart = f", with {' and '.join(others)} as a body of its own without it"
         yield (
             f"the body {body.name!r} {why} without a remedy against locking, so that its pressures "
@@ -218,15 +220,14 @@ def _locking(simulation: Simulation) -> Iterator[str]:
         )
 
 
-def _f_bar_in_dilating_soil(simulation: Simulation) -> Iterator[str]:
+def _f_bar_in_dilating_soil(model: Model, points: MaterialPoints) -> Iterator[str]:
     """Bodies with F-bar whose soil changes its volume as it flows, and so does not lock."""
-    points = simulation.points
-    flows = (points.elastic_share < STEADY_FLOW) & _dilates(simulation)
+    flows = (points.elastic_share < STEADY_FLOW) & _dilates(model, points)
     for body, own in points.whole_bodies():
-        i, declared = body.body, simulation.model.bodies[body.body]
+        i, declared = body.body, model.bodies[body.body]
         if body.anti_locking == "none" or float(np.mean(flows[own])) < FLOWING_SHARE:
             continue
-        names = _layers(simulation, i, flows)
+        names = _layers(model, points, i, flows)
         apart = ""
         if len(names) < len(declared.materials):
             apart = ", with the other layers, which may need it, as a body of their own"
@@ -237,9 +238,8 @@ def _f_bar_in_dilating_soil(simulation: Simulation) -> Iterator[str]:
         )
 
 
-def _torn_off(simulation: Simulation) -> Iterator[str]:
+def _torn_off(points: MaterialPoints) -> Iterator[str]:
     """Soil at an edge that has come apart, and falls or crumbles."""
-    points = simulation.points
     torn = torn_off(points)
     if not torn.any():
         return
@@ -253,19 +253,18 @@ def _torn_off(simulation: Simulation) -> Iterator[str]:
     )
 
 
-def _layers(simulation: Simulation, body: int, chosen: Flags) -> list[str]:
+def _layers(model: Model, points: MaterialPoints, body: int, chosen: Flags) -> list[str]:
     """Returns the materials of a body of which at least one of the points (n,) is chosen."""
-    names = simulation.model.bodies[body].materials
+    names = model.bodies[body].materials
     return [
         names[each.layer]
-        for each in simulation.points.ranges
+        for each in points.ranges
         if each.body == body and chosen[each.points].any()
     ]
 
 
-def _dilates(simulation: Simulation) -> Flags:
+def _dilates(model: Model, points: MaterialPoints) -> Flags:
     """Returns which points have a law that changes its volume in plastic flow, shape (n,)."""
-    points, model = simulation.points, simulation.model
     found = np.zeros(len(points), dtype=bool)
     for range_ in points.ranges:
         material = model.materials[model.bodies[range_.body].materials[range_.layer]]
@@ -273,11 +272,11 @@ def _dilates(simulation: Simulation) -> Flags:
     return found
 
 
-def _first_step(simulation: Simulation, clock: Clock) -> Iterator[str]:
+def _first_step(model: Model, clock: Clock) -> Iterator[str]:
     """A first step without an equilibrium."""
     if clock.time > 0.0:
         return
-    schedule, stage = simulation.model.schedule, simulation.model.stage.name
+    schedule, stage = model.schedule, model.stage.name
     of_stage = f" of the stage {stage!r}" if stage else ""
     yield (
         f"already the first step{of_stage} ({schedule.first_step:.4g} in the schedule, tried "

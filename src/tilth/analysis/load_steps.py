@@ -10,11 +10,13 @@ import numpy as np
 
 from tilth.analysis.clock import Clock
 from tilth.analysis.dynamics import SAFETY
-from tilth.analysis.gathering import whole_simulation
+from tilth.analysis.gathering import whole_state
 from tilth.analysis.likely_causes import likely_causes
+from tilth.analysis.relaxation import Relaxation
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
 from tilth.errors import AnalysisFailed, BadInput, StepFailed
+from tilth.model import Model
 from tilth.output.folder import REPORT
 
 CUTS_IN_A_ROW = 3
@@ -42,33 +44,34 @@ def load_steps(
         AnalysisFailed: no equilibrium with the smallest step.
         BadInput: code of the user fails.
     """
-    cuts, observer = 0, simulation.services.observer
+    setup, state, services = simulation.setup, simulation.state, simulation.services
+    model, cuts = setup.model, 0
     while not (clock.done or clock.stops):
         if clock.relaxing:
             yield from _relaxed(simulation, clock, on_iteration, on_cut)
             continue
         before, after = clock.time, clock.next_time()
         try:
-            with observer.attempt(simulation.model, clock.step + 1, before, after):
+            with services.observer.attempt(model, clock.step + 1, before, after):
                 result = simulation.advance(
                     before, after, on_iteration, clock.is_least, clock.is_short
                 )
         except StepFailed as failure:
             if not clock.cut(failure.share):
-                if simulation.relaxation is not None:
+                if state.relaxation is not None:
                     yield from _relaxed(simulation, clock, on_iteration, on_cut)
                     cuts = 0
                     continue
                 raise _failed(simulation, clock, after - before, failure) from failure
             cuts += failure.share is None  # else it is known how much of the step is possible
             if cuts == CUTS_IN_A_ROW:
-                causes = likely_causes(whole_simulation(simulation), clock, failure)
+                causes = likely_causes(setup, whole_state(state), services, clock, failure)
                 if causes:
-                    simulation.services.warnings.repeated_cuts(clock.step + 1, cuts, causes)
+                    services.warnings.repeated_cuts(clock.step + 1, cuts, causes)
             on_cut(after, failure)
             continue
         except BadInput as error:  # code of the user that fails in this step
-            when = f"in step {clock.step + 1} to time {after:.6g}{_of_stage(simulation)}"
+            when = f"in step {clock.step + 1} to time {after:.6g}{_of_stage(model)}"
             raise error.during(when) from error
         cuts = 0
         clock.accept(after, SAFETY * result.possible_size * (after - before))
@@ -90,53 +93,54 @@ def _relaxed(
         AnalysisFailed: the soil does not come to rest, or a step fails.
         BadInput: code of the user fails.
     """
-    relaxation = simulation.relaxation
+    setup, state, services = simulation.setup, simulation.state, simulation.services
+    relaxation = state.relaxation
     assert relaxation is not None
-    observer = simulation.services.observer
+    model, water = setup.model, setup.water
     before = after = clock.time
     if not clock.relaxing:
         after = clock.next_event
-        relaxation.start(simulation, before)
-        simulation.services.warnings.relaxation(relaxation.number, before, after)
+        relaxation.start(state.points, state.distribution, water, before)
+        services.warnings.relaxation(relaxation.number, before, after)
     while relaxation.active:
         relaxation.settling = relaxation.may_be_at_rest
         size = 0.0 if relaxation.settling else relaxation.size
         try:
             if relaxation.steps >= relaxation.most_steps and not relaxation.settling:
                 raise StepFailed(f"the soil is not at rest after {relaxation.steps} steps")
-            with observer.attempt(simulation.model, clock.step + 1, before, after):
+            with services.observer.attempt(model, clock.step + 1, before, after):
                 result = simulation.advance(before, after, on_iteration)
         except StepFailed as failure:
             if relaxation.settling:
                 relaxation.not_at_rest()
             elif not failure.residuals or not relaxation.cut(failure.share):
                 relaxation.active = False
-                raise _not_at_rest(simulation, clock, failure) from failure
+                raise _not_at_rest(model, relaxation, clock, failure) from failure
             else:
                 on_cut(after, failure)
             continue
         except BadInput as error:
-            when = f"while soil comes to rest at time {after:.6g}{_of_stage(simulation)}"
+            when = f"while soil comes to rest at time {after:.6g}{_of_stage(model)}"
             raise error.during(when) from error
-        told = relaxation.accept(simulation, result)
+        told = relaxation.accept(state.points, state.distribution, water, result)
         clock.relax(after, told.at_rest)
         before = after
         yield size, replace(result, relaxing=told)
 
 
-def _of_stage(simulation: Simulation) -> str:
-    """Returns which stage the simulation is in, for messages; empty without stages."""
-    stage = simulation.model.stage.name
+def _of_stage(model: Model) -> str:
+    """Returns which stage it is, for messages; empty without stages."""
+    stage = model.stage.name
     return f" of the stage {stage!r}" if stage else ""
 
 
-def _not_at_rest(simulation: Simulation, clock: Clock, failure: StepFailed) -> AnalysisFailed:
+def _not_at_rest(
+    model: Model, relaxation: Relaxation, clock: Clock, failure: StepFailed
+) -> AnalysisFailed:
     """Returns the error that ends an analysis whose soil does not come to rest."""
-    relaxation = simulation.relaxation
-    assert relaxation is not None
     share = relaxation.kinetic / relaxation.peak if relaxation.peak > 0.0 else 0.0
     return AnalysisFailed(
-        f"relaxation {relaxation.number} at time {clock.time:.6g}{_of_stage(simulation)} failed: "
+        f"relaxation {relaxation.number} at time {clock.time:.6g}{_of_stage(model)} failed: "
         f"{failure.reason} (kinetic energy {share:.2g} of its peak; forces of inertia and damping "
         f"{relaxation.force:.2g} of the load)",
         f"the results up to step {clock.step} are complete; see whether anything stops the soil "
@@ -149,20 +153,22 @@ def _failed(
     simulation: Simulation, clock: Clock, size: float, failure: StepFailed
 ) -> AnalysisFailed:
     """Returns the error that ends the analysis, with all an engineer needs to find the cause."""
-    simulation = whole_simulation(simulation)
+    setup, state = simulation.setup, whole_state(simulation.state)
     where = ""
     if failure.point is not None:
-        index = simulation.points.index_of(np.array([failure.point]))[0]
-        at = ", ".join(f"{x:.4g}" for x in simulation.points.position[index])
+        index = state.points.index_of(np.array([failure.point]))[0]
+        at = ", ".join(f"{x:.4g}" for x in state.points.position[index])
         where = f"; worst point: number {failure.point} at ({at})"
     shown = [f"{r:.1e}" for r in failure.residuals] or ["none"]
     residuals = " ".join(shown if len(shown) <= 8 else [*shown[:3], "...", *shown[-4:]])
-    of_stage = _of_stage(simulation)
+    of_stage = _of_stage(setup.model)
     # the causes are those of steps without equilibrium, not of those known to be too long
-    causes = "" if failure.share else "; ".join(likely_causes(simulation, clock, failure))
+    causes = ""
+    if not failure.share:
+        causes = "; ".join(likely_causes(setup, state, simulation.services, clock, failure))
     likely = f"likely causes: {causes}; " if causes else ""
     offer = ""
-    if simulation.dynamics is None:
+    if state.dynamics is None:
         offer = 'go on through a collapse with analysis.beyond_limit = "relax", '
     return AnalysisFailed(
         f"step {clock.step + 1} to time {clock.time + size:.6g}{of_stage} failed: {failure.reason}"

@@ -72,7 +72,7 @@ def march_stages(
     Args:
         after_step: is told the analysis and the result after each converged step.
         at_start, at_end: are told the analysis at the start and the end of each stage. Its stage is
-            `analysis.simulation.model.stage`.
+            `analysis.simulation.setup.model.stage`.
         drive: may take steps itself at the start of each stage; of several processes each gives it
             the analysis with its own part of the points, and all take these steps together.
 
@@ -81,7 +81,7 @@ def march_stages(
     """
 
     def whole() -> StagedAnalysis:
-        if analysis.simulation.distribution.serial:
+        if analysis.simulation.state.distribution.serial:
             return analysis
         view = copy(analysis)
         view.simulation = whole_simulation(analysis.simulation)

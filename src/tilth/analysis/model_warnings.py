@@ -8,14 +8,18 @@ them all.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 
 from tilth.analysis.contact_warnings import contact_warnings, rigid_overlaps
 from tilth.analysis.end_warnings import end_warnings
 from tilth.analysis.overlaps import overlapping_bodies
+from tilth.analysis.prepare import locate, soil_on
+from tilth.analysis.run_warnings import RunWarnings
+from tilth.analysis.services import Services
+from tilth.analysis.setup import Setup
+from tilth.analysis.state import State
 from tilth.analysis.table_warnings import table_warnings
 from tilth.analysis.unit_warnings import unit_warnings
 from tilth.arrays import Floats
@@ -36,12 +40,11 @@ from tilth.model.boundaries import Boundary
 from tilth.model.geometry_base import DeclaredGeometry
 from tilth.model.loads import Load
 from tilth.model.rigid_bodies import RigidBody
+from tilth.model.staging import StageOfModel
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.shear_strength import shear_strength
+from tilth.surface.protocol import BodySurface
 from tilth.terms.loads import nearest_points
-
-if TYPE_CHECKING:
-    from tilth.analysis.simulation import Simulation
 
 NEARLY_INCOMPRESSIBLE = 0.45 - 1e-9
 """Poisson's ratio from which on elements without F-bar lock: K / G is 10 there."""
@@ -63,49 +66,52 @@ ROUND_OFF = 1e-9
 """Share of a cell that does not count."""
 
 
-def warnings_of(simulation: Simulation, in_advance: bool = False) -> Iterator[tuple[str, str]]:
+def warnings_of(
+    setup: Setup, state: State, services: Services, in_advance: bool = False
+) -> Iterator[tuple[str, str]]:
     """Yields the warnings of a model before its first step: what each is about, and its text.
 
-    Those of a stage name it; they are of the soil as it was declared. The simulation must have
-    prepared its first step.
+    Those of a stage name it; they are of the soil as it was declared. The first step must have
+    been prepared.
 
     in_advance: see `check_first_step`.
 
     Raises:
         BadInput: the mesh of a body cannot be read.
     """
-    stage = simulation.model.stage.name
-    for key, text in _warnings_of(simulation, in_advance):
+    stage = setup.model.stage.name
+    for key, text in _warnings_of(setup, state, services, in_advance):
         place, _, rest = text.partition(": ")
         yield key, f"{place}: in the stage {stage!r}: {rest}" if stage else text
 
 
-def _warnings_of(simulation: Simulation, in_advance: bool) -> Iterator[tuple[str, str]]:
-    model, points = simulation.model, simulation.undeformed()
+def _warnings_of(
+    setup: Setup, state: State, services: Services, in_advance: bool
+) -> Iterator[tuple[str, str]]:
+    model, points, grid = setup.model, state.undeformed(), state.grid
     if not model.stage.follows:  # others begin with stresses
         yield from _no_cause(model)
         yield from unit_warnings(model, points)
     yield from _overlaps(model, points)
-    yield from _behind(simulation, in_advance)
-    yield from _far_positions(model, points, simulation.grid)
-    yield from _long_parts(simulation)
+    yield from _behind(model.stage, state, services.warnings, in_advance)
+    yield from _far_positions(model, points, grid)
+    yield from _long_parts(state.surfaces)
     yield from _locking(model, points)
     yield from _soft(model, points)
     yield from contact_warnings(model)
     yield from rigid_overlaps(model, points)
-    yield from thin_warnings(
-        simulation.contact_surfaces, model.stage.begins, points, simulation.grid
-    )
-    yield from _small_radii(model, points, simulation.grid)
+    yield from thin_warnings(state.contact_surfaces, model.stage.begins, points, grid)
+    yield from _small_radii(model, points, grid)
     yield from _turned_boxes(model)
-    yield from end_warnings(simulation.implicit, points, simulation.grid)
-    yield from _thin_or_sparse(points, simulation.grid)
+    yield from end_warnings(state.implicit, points, grid)
+    yield from _thin_or_sparse(points, grid)
     yield from _one_step(model)
     yield from _jumps(model)
     yield from table_warnings(model)
-    yield from _water(simulation)
-    if simulation.waves:
-        yield from simulation.waves.warnings(model, simulation.soil_on(simulation.locate(0.0)))
+    yield from _water(setup, state.points)
+    if state.waves:
+        active = locate(setup, state, services, 0.0)
+        yield from state.waves.warnings(model, soil_on(active, setup, state, services))
 
 
 def _jumps(model: Model) -> Iterator[tuple[str, str]]:
@@ -195,15 +201,16 @@ def _overlaps(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]
         )
 
 
-def _behind(simulation: Simulation, in_advance: bool) -> Iterator[tuple[str, str]]:
+def _behind(
+    stage: StageOfModel, state: State, warnings: RunWarnings, in_advance: bool
+) -> Iterator[tuple[str, str]]:
     """Soil that begins behind an implicit boundary or inside a rigid shape."""
-    points, grid = simulation.points, simulation.grid
-    warnings, stage = simulation.services.warnings, simulation.model.stage
-    for boundary in simulation.implicit:
+    points, grid = state.points, state.grid
+    for boundary in state.implicit:
         is_rigid = boundary.body_name is not None
         if not stage.begins(boundary.body_name or boundary.name) or (is_rigid and in_advance):
             continue
-        for name, surface in simulation.surfaces.items():
+        for name, surface in state.surfaces.items():
             known = surface_behind(boundary, surface.shape().position, 0.0, grid)
             warnings.known_depth(f"surface of {name}, {boundary.name}", known, grid)
         if text := border_warning(boundary, points, 0.0, grid):
@@ -244,9 +251,9 @@ def _far_positions(model: Model, points: MaterialPoints, grid: Grid) -> Iterator
             )
 
 
-def _long_parts(simulation: Simulation) -> Iterator[tuple[str, str]]:
+def _long_parts(surfaces: Mapping[str, BodySurface]) -> Iterator[tuple[str, str]]:
     """Loads on more than half an outline, as where their ends are exchanged."""
-    for name, surface in simulation.surfaces.items():
+    for name, surface in surfaces.items():
         for number, share in surface.long_parts().items():
             yield (
                 f"length of load {number}",
@@ -404,9 +411,9 @@ def _thin_or_sparse(points: MaterialPoints, grid: Grid) -> Iterator[tuple[str, s
             )
 
 
-def _water(simulation: Simulation) -> Iterator[tuple[str, str]]:
+def _water(setup: Setup, points: MaterialPoints) -> Iterator[tuple[str, str]]:
     """Water below all soil, and water that also loads a surface."""
-    model, points, water = simulation.model, simulation.points, simulation.water
+    model, water = setup.model, setup.water
     if water is None:
         return
     lower = points.position - points.half_length[:, -1:] * np.eye(model.dimension)[-1]
@@ -427,7 +434,7 @@ def _water(simulation: Simulation) -> Iterator[tuple[str, str]]:
             'has none and floats below the level; add a load with type = "body_force", or leave '
             "out [water]",
         )
-    elif wet and not simulation.loads.acceleration(0.0).any():
+    elif wet and not setup.loads.acceleration(0.0).any():
         yield (
             "floats",
             "water: the water is there from the start, but the body force is zero then, so that "

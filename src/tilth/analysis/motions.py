@@ -14,7 +14,8 @@ from typing import Protocol, cast
 
 import numpy as np
 
-from tilth.analysis.simulation import Simulation
+from tilth.analysis.setup import Setup
+from tilth.analysis.state import State
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.boundaries.surfaces.boundary import Implicit
@@ -43,9 +44,14 @@ def motion_columns(model: Model) -> list[Column]:
     ]
 
 
-def motion_values(model: Model, simulation: Simulation, result: StepResult | None) -> list[float]:
-    """Returns the values of the columns after a step (`result` None: before the first one)."""
-    return [value for part in _parts(model) for value in part.values(simulation, result)]
+def motion_values(
+    model: Model, setup: Setup, state: State, result: StepResult | None
+) -> list[float]:
+    """Returns the values of the columns after a step (`result` None: before the first one).
+
+    model: the whole model. setup: of the present stage.
+    """
+    return [value for part in _parts(model) for value in part.values(setup, state, result)]
 
 
 class _Part(Protocol):
@@ -57,7 +63,7 @@ class _Part(Protocol):
         """Returns names, without that of the boundary, and unit labels."""
         ...
 
-    def values(self, simulation: Simulation, result: StepResult | None) -> list[float]:
+    def values(self, setup: Setup, state: State, result: StepResult | None) -> list[float]:
         """Returns the values, as `motion_values`."""
         ...
 
@@ -117,13 +123,13 @@ class _OfNodes:
             *((f"force_{axis}", force_unit(model)) for axis in axes),
         ]
 
-    def values(self, simulation: Simulation, result: StepResult | None) -> list[float]:
+    def values(self, setup: Setup, state: State, result: StepResult | None) -> list[float]:
         """As `_Part.values`."""
         count = len(self._prescribed)
-        acting = next((b for b in simulation.model.boundaries if b.name == self.name), None)
+        acting = next((b for b in setup.model.boundaries if b.name == self.name), None)
         if acting is None:
             return [math.nan] * count + [0.0] * count
-        factor = simulation.model.load_curve(acting).factor(_time(result))
+        factor = setup.model.load_curve(acting).factor(_time(result))
         force = np.zeros(3) if result is None else result.resultant(self.name)
         return [
             *(factor * value for value in self._prescribed.values()),
@@ -157,19 +163,19 @@ class _OfBody:
             *((f"moment_{axis}", moment_unit(model)) for axis in turning),
         ]
 
-    def values(self, simulation: Simulation, result: StepResult | None) -> list[float]:
+    def values(self, setup: Setup, state: State, result: StepResult | None) -> list[float]:
         """As `_Part.values`."""
-        count, state = len(self._axes), simulation.rigid_bodies.get(self.name)
-        if all(body.name != self.name for body in simulation.model.rigid_bodies):
+        count, body = len(self._axes), state.rigid_bodies.get(self.name)
+        if all(each.name != self.name for each in setup.model.rigid_bodies):
             turning = len(self._turning)
             return [math.nan] * count + [0.0] * count + [math.nan] * turning + [0.0] * turning
-        if state is None:
+        if body is None:
             return [0.0] * (2 * count + 2 * len(self._turning))
         return [
-            *(float(state.displacement[i]) for i in self._axes),
-            *(0.0 - float(state.force[i]) for i in self._axes),
-            *(math.degrees(state.rotation[i]) for i in self._turning),
-            *(0.0 - float(state.moment[i]) for i in self._turning),
+            *(float(body.displacement[i]) for i in self._axes),
+            *(0.0 - float(body.force[i]) for i in self._axes),
+            *(math.degrees(body.rotation[i]) for i in self._turning),
+            *(0.0 - float(body.moment[i]) for i in self._turning),
         ]
 
 
@@ -185,7 +191,7 @@ class _OfPair:
         forces = [(f"force_{axis}", force_unit(model)) for axis in self._axes]
         return [*forces, ("contact_area", area_unit(model))]
 
-    def values(self, simulation: Simulation, result: StepResult | None) -> list[float]:
+    def values(self, setup: Setup, state: State, result: StepResult | None) -> list[float]:
         """As `_Part.values`."""
         if result is None or self.name not in result.forces:
             return [0.0] * (len(self._axes) + 1)
@@ -219,9 +225,9 @@ class _OfImplicit:
             found += [("radius_change", units.length), ("pressure", units.stress)]
         return found
 
-    def values(self, simulation: Simulation, result: StepResult | None) -> list[float]:
+    def values(self, setup: Setup, state: State, result: StepResult | None) -> list[float]:
         """As `_Part.values`."""
-        boundary = next((b for b in simulation.implicit if b.name == self.name), None)
+        boundary = next((b for b in state.implicit if b.name == self.name), None)
         rotation = self._declared.rotation
         if boundary is None:
             more = int(rotation is not None) + int(self._has_radius)

@@ -92,13 +92,13 @@ def restored_points(
 def _ranges_with(initial: MaterialPoints, number: npt.NDArray[Any]) -> list[PointRange]:
     """Returns the ranges of the points with these permanent numbers, one range after the other."""
     ranges, start = [], 0
-    for body in initial.bodies:
-        own = (number >= body.start) & (number < body.stop)
+    for range_ in initial.ranges:
+        own = (number >= range_.start) & (number < range_.stop)
         stop = start + int(own.sum())
         if not own[start:stop].all() or len(np.unique(number[start:stop])) != stop - start:
-            raise WrongState(f"'point_id' has not the numbers of the points of {body.name!r}")
+            raise WrongState(f"'point_id' has not the numbers of the points of {range_.name!r}")
         if stop > start:
-            ranges.append(replace(body, start=start, stop=stop))
+            ranges.append(replace(range_, start=start, stop=stop))
         start = stop
     if start != len(number) or start == 0:
         raise WrongState("'point_id' has numbers of no point of the model")

@@ -21,7 +21,6 @@ from tilth.analysis.initial_equilibrium import InitialEquilibrium
 from tilth.analysis.model_warnings import without_stage
 from tilth.analysis.motions import area_unit
 from tilth.analysis.owners import Arrays
-from tilth.analysis.simulation import Simulation
 from tilth.analysis.snapshots import snapshot, units_of
 from tilth.analysis.staged import StagedAnalysis, end_time, output_times
 from tilth.analysis.step_result import StepResult
@@ -107,20 +106,21 @@ class Recorder:
         processes; those of the analysis if None.
         """
         model, simulation = analysis.model, analysis.simulation
-        with together(simulation.comm):
+        setup, state, services = simulation.setup, simulation.state, simulation.services
+        with together(state.comm):
             recorder = cls._of(folder, analysis, initial or analysis.initial, None)
-        recorder.energies = Energies.at_start(simulation)
+        recorder.energies = Energies.at_start(setup, state)
         recorder._header(active, threads, 0)
         result, iterations = None, 0
         if start is not None:
             result, active, iterations = start.result, start.result.active, start.iterations
             recorder._at_start = start.text(model.units.stress)
             recorder.log.start(recorder._at_start)
-        state = recorder._snapshot(active, result, 0, 0.0)
-        rows = recorder.tables.rows(0.0, simulation, result, recorder.energies)
-        with together(simulation.comm):
-            recorder._output(state)
-            recorder.tables.append(0, 0.0, iterations, rows, (simulation.model.stage.name, 0.0))
+        output = recorder._snapshot(active, result, 0, 0.0)
+        rows = recorder.tables.rows(0.0, setup, state, result, recorder.energies, services.warnings)
+        with together(state.comm):
+            recorder._output(output)
+            recorder.tables.append(0, 0.0, iterations, rows, (setup.model.stage.name, 0.0))
             recorder._log_stage()
         return recorder
 
@@ -133,7 +133,7 @@ class Recorder:
         stored: StoredRun | None,
     ) -> Recorder:
         """Begins the files of a run, or goes on with them; only process 0 has them."""
-        model, first = analysis.model, analysis.simulation.comm.rank == 0
+        model, first = analysis.model, analysis.state.comm.rank == 0
         results, log = cast(ResultsWriter, Nothing()), cast(RunLog, Nothing())
         if first and stored is None:
             results = ResultsWriter(folder / RESULTS, title=model.title, units=units_of(model))
@@ -162,7 +162,7 @@ class Recorder:
         simulation.services.timers.processor |= progress.seconds.processor
         active = simulation.locate(progress.clock.time)
         initial = analysis.initial if model.stages else initial_points(model)
-        with together(simulation.comm):
+        with together(simulation.state.comm):
             recorder = cls._of(folder, analysis, initial, stored)
             recorder.energies = Energies(**progress.energies.model_dump())
             recorder._earlier_outputs = progress.model_dump(
@@ -181,17 +181,12 @@ class Recorder:
     @property
     def _writes(self) -> bool:
         """Whether this process writes the files."""
-        return self.simulation.comm.rank == 0
-
-    @property
-    def simulation(self) -> Simulation:
-        """The simulation of the present stage."""
-        return self.analysis.simulation
+        return self.analysis.state.comm.rank == 0
 
     def stage_end(self) -> None:
         """Keeps the state at the end of a stage as a checkpoint of its own."""
         if self.analysis.model.stages:
-            index = self.simulation.model.stage.index
+            index = self.analysis.setup.model.stage.index
             self._checkpoint_at_once(stage_checkpoint(index))
 
     def factor_of_safety(self, stage: str, text: str) -> None:
@@ -204,7 +199,7 @@ class Recorder:
 
     def _relaxed(self, time: float) -> None:
         """Records that soil has come to rest beyond a limit load."""
-        relaxation = self.simulation.relaxation
+        relaxation = self.analysis.state.relaxation
         assert relaxation is not None
         text = (
             f"relaxation {relaxation.number}: at rest at time {time:.6g} after {relaxation.steps} "
@@ -223,27 +218,30 @@ class Recorder:
             self._show_stage(self._progress)
 
     def _show_stage(self, progress: Progress) -> None:
-        stage = self.simulation.model.stage
+        stage = self.analysis.setup.model.stage
         if stage.name:
-            points, count = self.simulation.distribution.total, len(self.analysis.model.stages)
+            points, count = (
+                self.analysis.state.distribution.total,
+                len(self.analysis.model.stages),
+            )
             progress.stage(stage.name, stage.index + 1, count, points)
 
     def _log_stage(self) -> None:
-        stage = self.simulation.model.stage
+        stage = self.analysis.setup.model.stage
         if stage.name:
             released = place_text(self.analysis.out_of_balance) if stage.releases else ""
             self.log.stage(stage.name, stage.start, released)
 
     def _header(self, active: ActiveGrid, threads: int, last_step: int) -> None:
-        comm = self.simulation.comm
+        comm = self.analysis.state.comm
         cells = count(comm, active.owned_cells)
         with together(comm):
             self.log.header(
                 version=__version__,
-                title=self.simulation.model.title,
+                title=self.analysis.setup.model.title,
                 processes=comm.size,
                 threads=threads,
-                points=self.simulation.distribution.total,
+                points=self.analysis.state.distribution.total,
                 cells=cells,
                 last_step=last_step,
             )
@@ -253,8 +251,8 @@ class Recorder:
         """Shows progress; closes all files however the run ends, and logs why."""
         end = end_time(self.analysis.model)
         if clock.until is not None:
-            end = self.simulation.model.stage.start + clock.until
-        points = self.simulation.distribution.total
+            end = self.analysis.setup.model.stage.start + clock.until
+        points = self.analysis.state.distribution.total
         progress = Progress(end, points, start=0.0, quiet=quiet or not self._writes)
         self._show_stage(progress)
         self._tell_user_code()
@@ -270,7 +268,7 @@ class Recorder:
                 yield progress
                 if not self.analysis.done:
                     self._write_last()
-                with together(self.simulation.comm):
+                with together(self.analysis.state.comm):
                     self._checkpoints.wait()
             failure, broken = None, False
             if not self.analysis.done:
@@ -299,7 +297,7 @@ class Recorder:
         """
         _core.set_user_code_note()
         unwritten: Exception | None = None
-        services = self.simulation.services
+        services = self.analysis.services
         summary = partial(self.log.finish, failure, services.timers.wall, services.solver.summary)
         for action in (
             self._checkpoints.wait, self.results.close, self.tables.close, summary, self.log.close
@@ -309,21 +307,23 @@ class Recorder:
             except Exception as error:
                 unwritten = unwritten or error
         if not broken:
-            with together(self.simulation.comm):
+            with together(self.analysis.state.comm):
                 if unwritten is not None:
                     raise unwritten
 
     def step(self, clock: Clock, size: float, result: StepResult) -> None:
         """Records a converged step."""
-        equilibrium, simulation = result.equilibrium, self.simulation
+        equilibrium, setup, state = result.equilibrium, self.analysis.setup, self.analysis.state
         self.energies.add(result)
         time = self.analysis.time
         self._collect_warnings()
-        with simulation.services.timers.measure("other"):
-            rows = self.tables.rows(clock.time, simulation, result, self.energies)
-            stage = (simulation.model.stage.name, clock.time)
-            shared = processes_text(simulation)
-            with together(simulation.comm):
+        with self.analysis.services.timers.measure("other"):
+            rows = self.tables.rows(
+                clock.time, setup, state, result, self.energies, self.analysis.services.warnings
+            )
+            stage = (setup.model.stage.name, clock.time)
+            shared = processes_text(state)
+            with together(state.comm):
                 self.log.step(clock.step, time, size, equilibrium.residuals)
                 self.log.processes(shared)
                 if result.relaxing is not None and result.relaxing.at_rest:
@@ -354,7 +354,7 @@ class Recorder:
         content = json.dumps(model.to_dict(), indent=1).encode()
         self._next_checksum = zlib.crc32(content)
         self._checkpoint_at_once(CHECKPOINT)
-        with together(self.simulation.comm):
+        with together(self.analysis.state.comm):
             if self._writes:
                 with writing(self.folder / MODEL):
                     write_durably(self.folder / MODEL, content)
@@ -367,7 +367,7 @@ class Recorder:
             return
         step, time, result = self._last
         state = self._snapshot(result.active, result, step, time)
-        with together(self.simulation.comm):
+        with together(self.analysis.state.comm):
             self._output(state)
         self._last = None
 
@@ -381,17 +381,18 @@ class Recorder:
     def _snapshot(
         self, active: ActiveGrid, result: StepResult | None, step: int, time: float
     ) -> Snapshot:
-        state = snapshot(self.simulation, active, result, step, time, self.analysis.point_fields)
-        state = gathered_snapshot(state, active)
+        names = self.analysis.point_fields
+        own = snapshot(self.analysis.setup, self.analysis.state, active, result, step, time, names)
+        state = gathered_snapshot(own, active)
         there = {surface.name: surface for surface in state.surfaces}
         model = self.analysis.model
-        names = [body.name for body in model.bodies if body.surface is not None]
-        empty = {name: SurfaceShape.empty(name, model.dimension) for name in names}
+        tracked = [body.name for body in model.bodies if body.surface is not None]
+        empty = {name: SurfaceShape.empty(name, model.dimension) for name in tracked}
         return replace(
             state,
             surfaces=tuple((empty | there).values()),
             contacts=self.contact.contacts(result),
-            rigid_bodies=self.contact.rigid_bodies(self.simulation),
+            rigid_bodies=self.contact.rigid_bodies(self.analysis.state),
         )
 
     def _output(self, state: Snapshot) -> None:
@@ -411,7 +412,7 @@ class Recorder:
     def cut(self, clock: Clock, time: float, failure: StepFailed) -> None:
         """Records that the step towards `time` was undone; `clock` knows the new step size."""
         self._collect_warnings()
-        time += self.simulation.model.stage.start
+        time += self.analysis.setup.model.stage.start
         residuals = " ".join(f"{r:.1e}" for r in failure.residuals)
         reason = f"{failure.reason}; residuals {residuals}" if residuals else failure.reason
         self.log.cut(clock.step + 1, time, clock.size, reason)
@@ -423,10 +424,10 @@ class Recorder:
 
     def _collect_warnings(self) -> None:
         """Notes in all processes what each of them warns of; all call it."""
-        self.simulation.services.warnings.collect(self.simulation.comm)
+        self.analysis.services.warnings.collect(self.analysis.state.comm)
 
     def _say_warnings(self) -> None:
-        texts = self.simulation.services.warnings.texts if self._writes else []
+        texts = self.analysis.services.warnings.texts if self._writes else []
         said = {without_stage(text) for text in self.log.warnings} if texts else set()
         for text in texts:
             if self.analysis.number > 0 and without_stage(text) in said:
@@ -434,22 +435,22 @@ class Recorder:
             self.log.warning(text)
             if self._progress is not None:
                 self._progress.message(f"warning: {text}")
-        self.simulation.services.warnings.texts.clear()
+        self.analysis.services.warnings.texts.clear()
 
     def _checkpoint(self, clock: Clock) -> None:
         """Writes the checkpoint beside the next step, unless it is the first, or a copy is large.
 
         So an error of any file can tell whether there is something to resume.
         """
-        arrays = gathered_state(self.simulation)
-        with together(self.simulation.comm):
+        arrays = gathered_state(self.analysis.state)
+        with together(self.analysis.state.comm):
             if self._writes:
                 self._write_beside(clock, arrays)
 
     def _checkpoint_at_once(self, name: str) -> None:
         """Writes a checkpoint of the present state to a file of the folder, without a thread."""
-        arrays = gathered_state(self.simulation)
-        with together(self.simulation.comm):
+        arrays = gathered_state(self.analysis.state)
+        with together(self.analysis.state.comm):
             if self._writes:
                 meta = self._progress_so_far(self.analysis.clock)
                 self._checkpoints.wait()
@@ -493,7 +494,7 @@ class Recorder:
             **self._earlier_outputs,
             "seconds": {
                 "total": self.log.seconds,
-                "wall": dict(self.simulation.services.timers.wall),
-                "processor": dict(self.simulation.services.timers.processor),
+                "wall": dict(self.analysis.services.timers.wall),
+                "processor": dict(self.analysis.services.timers.processor),
             },
         }

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -21,6 +21,8 @@ from tilth.analysis.wave_boundaries import WaveBoundaries
 from tilth.arrays import Floats
 from tilth.errors import StepFailed
 from tilth.model import Model
+from tilth.mpm.distribution import Distribution
+from tilth.mpm.points import MaterialPoints
 from tilth.mpm.soil import Soil
 from tilth.mpm.water import PhreaticSurface
 from tilth.mpm.wet_mass import total_mass
@@ -28,9 +30,6 @@ from tilth.terms.balance import Balance
 from tilth.terms.ghost import Faces
 from tilth.terms.inertia import Inertia, TimeIntegration, TimeStep
 from tilth.terms.protocol import Role, Term
-
-if TYPE_CHECKING:
-    from tilth.analysis.simulation import Simulation
 
 LARGEST_MOTION = 0.1
 """Largest displacement of a point in a step [cells]."""
@@ -89,14 +88,20 @@ class Relaxation:
             return None
         return cls(analysis.relaxation_steps or MOST_STEPS)
 
-    def start(self, simulation: Simulation, time: float) -> None:
+    def start(
+        self,
+        all_points: MaterialPoints,
+        distribution: Distribution,
+        water: PhreaticSurface | None,
+        time: float,
+    ) -> None:
         """Begins a relaxation of soil that is at rest, from an equilibrium at a time of the stage.
 
         The damping is critical for the slowest shear wave across the soil: pi c / L. The first step
         is as long as such a wave takes, so that what is driven in it is hardly a shock.
         """
-        points, comm = simulation.owned_points, simulation.comm
-        mass = comm.sum(float(total_mass(points, simulation.water, time).sum()))
+        points, comm = distribution.owned(all_points), distribution.comm
+        mass = comm.sum(float(total_mass(points, water, time).sum()))
         stiffness = comm.sum(float(points.elastic_moduli().shear @ points.volume))
         speed = math.sqrt(stiffness / mass)
         lower = (points.position - points.half_length).min(axis=0, initial=math.inf)
@@ -129,13 +134,19 @@ class Relaxation:
         self.size *= 0.5 if share is None else share
         return self.size >= LEAST_STEP * self.unit
 
-    def accept(self, simulation: Simulation, result: StepResult) -> Relaxing:
+    def accept(
+        self,
+        all_points: MaterialPoints,
+        distribution: Distribution,
+        water: PhreaticSurface | None,
+        result: StepResult,
+    ) -> Relaxing:
         """Records a step, the last one too; returns what is told of it."""
         if self.settling:
-            simulation.points.motion[:] = 0.0
-        points, active = simulation.owned_points, result.active
-        mass = total_mass(points, simulation.water, result.time)
-        self.kinetic = simulation.comm.sum(points.kinetic_energy(mass))
+            all_points.motion[:] = 0.0
+        points, active = distribution.owned(all_points), result.active
+        mass = total_mass(points, water, result.time)
+        self.kinetic = distribution.comm.sum(points.kinetic_energy(mass))
         self.peak = max(self.peak, self.kinetic)
         self.work += result.work
         self.steps += 1
@@ -146,10 +157,7 @@ class Relaxation:
         self.active = not self.settling
         return Relaxing(self.number, not self.active, self.kinetic, self.work)
 
-    # what `Simulation` asks of the motion in a step, as of `Dynamics`
-
-    def begin(self, simulation: Simulation, time: float, size: float) -> None:
-        """As `Dynamics.begin`: the soil is at rest."""
+    # what is asked of the motion in a step, as of `Dynamics`
 
     def step(self, before: float, after: float) -> TimeStep | None:
         """As `Dynamics.step`; the times are the same in all but the first one."""

@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The surfaces of a model's rigid bodies, and where the bodies are in a simulation."""
+"""The surfaces of a model's rigid bodies, and where the bodies are in a state."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from tilth.analysis.simulation import Simulation
+from tilth.analysis.state import State
 from tilth.arrays import Floats
 from tilth.geometry.make import make_shapes
 from tilth.geometry.rigid import RigidShape
@@ -39,12 +39,12 @@ def rigid_shapes(model: Model, initial: MaterialPoints) -> dict[str, RigidShape]
     }
 
 
-def placed(simulation: Simulation, name: str) -> tuple[Floats, Floats]:
+def placed(state: State, name: str) -> tuple[Floats, Floats]:
     """Returns displacement (dim,) [length] and rotation vector (3,) [rad] of a rigid body.
 
     Zeros before its first step.
     """
-    state = simulation.rigid_bodies.get(name)
-    if state is None:
-        return np.zeros(simulation.model.dimension), np.zeros(3)
-    return state.displacement, state.rotation
+    body = state.rigid_bodies.get(name)
+    if body is None:
+        return np.zeros(state.grid.dim), np.zeros(3)
+    return body.displacement, body.rotation

@@ -208,7 +208,7 @@ def run_steps(
             analysis = StagedAnalysis(model, until)
             active, setup = checked_setup(analysis)
             simulation = analysis.simulation
-            require_memory(memory_of(model, simulation.points, active), memory_limit)
+            require_memory(memory_of(model, simulation.state.points, active), memory_limit)
             stored = None if from_stage is None else stored_stage(model, *from_stage)
             if asked is not None and stored is not None:
                 asked.require_after(stored, model)
@@ -382,7 +382,7 @@ def _march(
     """Takes all load steps and writes the report, also of an analysis that failed."""
     first = analysis.clock.step
     if warning:
-        analysis.simulation.services.warnings.note("lock", warning)
+        analysis.services.warnings.note("lock", warning)
     try:
         iterations = yield from take_steps(analysis, recorder, quiet, explanation)
     except AnalysisFailed:
@@ -392,12 +392,12 @@ def _march(
     _report(recorder)
     simulation = analysis.simulation
     if explanation is not None:
-        clock, stage = analysis.clock, simulation.model.stage.name
+        clock, stage = analysis.clock, simulation.setup.model.stage.name
         explanation.require_reached(recorder.folder, clock.step, stage, clock.done, analysis.done)
     return Result(
         finished=analysis.done,
         folder=recorder.folder,
-        points=simulation.distribution.owned(simulation.points),
+        points=simulation.state.owned_points,
         steps=analysis.clock.step - first,
         iterations=iterations,
         seconds=dict(simulation.services.timers.wall),
@@ -411,13 +411,13 @@ def _report(recorder: Recorder) -> None:
     Raises:
         AnalysisFailed: it cannot be drawn or written, whatever the reason.
     """
-    comm = recorder.simulation.comm
+    comm = recorder.analysis.state.comm
     if not recorder.analysis.model.output.report:
         return
     with together(comm):
         try:
             if comm.rank == 0:
-                with recorder.simulation.services.timers.measure("other"):
+                with recorder.analysis.services.timers.measure("other"):
                     write_report(recorder.folder)
         except Exception as error:
             reason = error.message if isinstance(error, TilthError) else f"{error}"

@@ -105,7 +105,7 @@ def strength_reduction(
             of at most 1 neither equilibrium nor collapse of the soil itself is found.
     """
     settings = settings or StrengthReduction()
-    require_reducible(simulation.model, settings.davis)
+    require_reducible(simulation.setup.model, settings.davis)
     trials = Trials(simulation, time, settings, on_iteration)
     search = Search(settings)
     while (factor := search.next_factor()) is not None:

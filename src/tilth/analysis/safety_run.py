@@ -90,13 +90,17 @@ def _of_run(
             analysis = stored.analysis(None)
         set_threads(threads, comm)
         analysis.distribute(comm)
-        simulation, clock = analysis.simulation, analysis.clock
+        clock, setup, state = analysis.clock, analysis.setup, analysis.state
         with DeferredStop() as stop:
             result = strength_reduction(
-                simulation, clock.time, settings, on_trial, lambda *_: stop.check_all(comm.max)
+                analysis.simulation,
+                clock.time,
+                settings,
+                on_trial,
+                lambda *_: stop.check_all(comm.max),
             )
             stop.check_all(comm.max)
-        record(folder, simulation, clock.step, clock.time, result)
+        record(folder, setup, state, analysis.services, clock.step, clock.time, result)
         with together(comm):
             if stored.model.output.report and comm.rank == 0:
                 write_report(folder)

@@ -15,11 +15,14 @@ import numpy as np
 from tilth.analysis.creep import creep
 from tilth.analysis.mechanism import WIDTH, moving_cells
 from tilth.analysis.observer import UNOBSERVED
+from tilth.analysis.prepare import prepare, soil_on
 from tilth.analysis.residual import Newton, Refinement, Residual
 from tilth.analysis.safety_search import Outcome, Trial
 from tilth.analysis.services import solver_for
-from tilth.analysis.simulation import ROUND_OFF, Simulation
+from tilth.analysis.setup import ROUND_OFF, InStep
+from tilth.analysis.simulation import Simulation
 from tilth.analysis.step import Equilibrium, solve_step
+from tilth.analysis.step_terms import terms_of
 from tilth.arrays import Floats
 from tilth.comm import together
 from tilth.errors import BadInput, StepFailed
@@ -30,7 +33,6 @@ from tilth.mpm.points import MaterialPoints
 from tilth.mpm.soil import PastFlow
 from tilth.terms.balance import Balance
 from tilth.terms.drag import Drag
-from tilth.terms.ghost import Ghost
 from tilth.terms.protocol import Changes
 
 TOLERANCE = 1e-6
@@ -62,9 +64,9 @@ class Trials:
         settings: StrengthReduction,
         on_iteration: Callable[[int, float], None],
     ) -> None:
-        points, analysis = simulation.points, simulation.model.analysis
-        distribution, self._comm = simulation.distribution, simulation.comm
-        own = distribution.owned(points)
+        setup, state, services = simulation.setup, simulation.state, simulation.services
+        model, self._comm = setup.model, state.comm
+        own = state.owned_points
         strain = mean_elastic_strain(own, self._comm)
         if strain == 0.0:
             raise BadInput(
@@ -73,39 +75,34 @@ class Trials:
             )
         self.elastic_displacement = strain * thickness(own, self._comm)
         self.largest_displacement = settings.displacement_ratio * self.elastic_displacement
-        self._frozen = FrozenPoints(simulation.model, points, strain / FROZEN_STRAIN)
-        self._simulation, self._on_iteration = simulation, on_iteration
+        self._frozen = FrozenPoints(model, state.points, strain / FROZEN_STRAIN)
+        self._setup, self._on_iteration = setup, on_iteration
         self._davis = settings.davis
         frozen = self._frozen.points
-        services = simulation.services
-        solver = solver_for(simulation.model, len(points), self._comm, services.warnings)
+        solver = solver_for(model, len(frozen), self._comm, services.warnings)
         self._services = replace(services, solver=solver, observer=UNOBSERVED)
-        self.tolerance = max(TOLERANCE, analysis.tolerance)
+        self.tolerance = max(TOLERANCE, model.analysis.tolerance)
         self._newton = Newton(
             tolerance=self.tolerance,
-            maximum_iterations=2 * analysis.maximum_iterations,
+            maximum_iterations=2 * model.analysis.maximum_iterations,
             line_search=True,
             round_off=ROUND_OFF * self._comm.max(float(frozen.elastic_moduli().young.max()))
-            * largest_face(simulation.grid),
+            * largest_face(state.grid),
             refinement=Refinement.SETTLED,
         )  # fmt: skip
-        ghost = simulation.owners()["ghost"]
-        assert isinstance(ghost, Ghost)
-        stored = ghost.state()
-        simulation.points = frozen
-        simulation.distribution = distribution.with_ranges(self._frozen.range)
+        stored = state.ghost.state()
+        distribution = state.distribution.with_ranges(self._frozen.range)
+        self._state = state = state.with_points(frozen, distribution)
         try:
-            ghost.keep_forces()  # they are part of the equilibrium that the run has found
-            step = simulation.prepare(time, time)
-            self._frozen.points = simulation.points
-            self._distribution = simulation.distribution
-            self._soil = simulation.soil_on(step.active)
+            state.ghost.keep_forces()  # they are part of the equilibrium that the run has found
+            step = prepare(setup, state, services, time, time)
+            self._frozen.points = state.points
+            self._soil = soil_on(step.active, setup, state, services)
             self._drag = Drag.of(self._soil)
-            terms = simulation.terms(step, self._soil, self._frozen.stiffening)
-            self._balance = Balance(step.active, [*terms, self._drag])
+            of = InStep(setup, state, step, self._soil, self._frozen.stiffening)
+            self._balance = Balance(step.active, [*terms_of(of, services.timers), self._drag])
         finally:
-            ghost.restore(stored)
-            simulation.points, simulation.distribution = points, distribution
+            state.ghost.restore(stored)
         self._conditions = step.conditions
         self._residual = Residual(self._balance, step.conditions.constrained)
         self._last: Equilibrium | None = None
@@ -203,13 +200,13 @@ class Trials:
 
     def _mechanism(self, found: Equilibrium) -> int:
         """Returns the cells of the largest mechanism beyond the bound, see `moving_cells`."""
-        own = self._distribution.own
+        own = self._state.distribution.own
         moved = np.linalg.norm(self._moved(found)[own], axis=1)
         return moving_cells(
-            self._distribution.owned(self._frozen.points),
+            self._state.distribution.owned(self._frozen.points),
             moved > self.largest_displacement,
-            self._simulation.grid,
-            self._simulation.kind == "axisymmetric",
+            self._state.grid,
+            self._setup.kind == "axisymmetric",
             self._comm,
         )
 
@@ -233,7 +230,7 @@ class Trials:
         with together(self._comm):
             self._soil.update(self._last.displacement)
         plastic = self._frozen.stiffening * self._soil.plastic_increment()
-        own = self._distribution.own
+        own = self._state.distribution.own
         owned = [each[own] for each in (points.point_id, self._moved(self._last), plastic)]
         parts = zip(*self._comm.gathered(owned), strict=True)
         number, displacement, plastic = (np.concatenate(each) for each in parts)

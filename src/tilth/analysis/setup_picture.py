@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tilth.analysis.rigid_shapes import placed, rigid_shapes
-from tilth.analysis.simulation import Simulation
+from tilth.analysis.setup import Setup as Declared
 from tilth.analysis.snapshots import snapshot, units_of
 from tilth.analysis.staged import StagedAnalysis
+from tilth.analysis.state import State
 from tilth.arrays import Flags, Floats, Integers
 from tilth.boundaries import Boundary
 from tilth.boundaries.base_motion import BaseMotion
@@ -73,11 +74,12 @@ def setup_of(model: Model) -> Setup | StagedSetup:
 
 
 def checked_setup(
-    analysis: StagedAnalysis, on_start: Callable[[Simulation, ActiveGrid], None] | None = None
+    analysis: StagedAnalysis, on_start: Callable[[Declared, State, ActiveGrid], None] | None = None
 ) -> tuple[ActiveGrid, Setup | StagedSetup]:
     """Checks an analysis; returns the grid of its first step and the data for the picture.
 
-    on_start: is called at the start of each stage, with its simulation and grid.
+    on_start: is called at the start of each stage, with what is declared of it and its state and
+        grid.
 
     Raises:
         BadInput: the model cannot be computed (see `StagedAnalysis.starts`).
@@ -86,31 +88,32 @@ def checked_setup(
     stages: list[StageSetup] = []
     model = analysis.model
     for simulation, active in analysis.starts():
-        setup = initial_setup(simulation, active)
+        declared, state, services = simulation.setup, simulation.state, simulation.services
+        setup = initial_setup(declared, state, services.warnings.texts, active)
         first = first or (active, setup)
         if model.stages:
-            stages.append(_stage(model, simulation, setup, analysis.soil))
+            present = _present(state.points, analysis.soil)
+            stages.append(_stage(model, declared.model, present, setup))
         if on_start is not None:
-            on_start(simulation, active)
+            on_start(declared, state, active)
     assert first is not None
     if not stages:
         return first
-    before = _present(analysis.simulation, analysis.soil) if analysis.is_before_first else None
+    before = None
+    if analysis.is_before_first:
+        before = _present(analysis.state.points, analysis.soil)
     return first[0], _staged(model, analysis.soil, stages, before)
 
 
-def _present(simulation: Simulation, initial: MaterialPoints) -> Flags:
-    """Returns which points of all stages a simulation has, shape (n,)."""
+def _present(points: MaterialPoints, initial: MaterialPoints) -> Flags:
+    """Returns which points of all stages there are, shape (n,)."""
     present = np.zeros(len(initial), dtype=bool)
-    present[simulation.points.point_id] = True
+    present[points.point_id] = True
     return present
 
 
-def _stage(
-    model: Model, simulation: Simulation, setup: Setup, initial: MaterialPoints
-) -> StageSetup:
+def _stage(model: Model, of_stage: Model, present: Flags, setup: Setup) -> StageSetup:
     """Returns what acts in a stage, without the soil."""
-    of_stage = simulation.model
     nothing = np.zeros((0, model.dimension))
     return StageSetup(
         name=of_stage.stage.name,
@@ -118,7 +121,7 @@ def _stage(
         start=of_stage.stage.start,
         end=of_stage.stage.start + of_stage.schedule.end,
         changes=changes(of_stage),
-        present=_present(simulation, initial),
+        present=present,
         setup=replace(
             setup,
             position=nothing,
@@ -158,11 +161,11 @@ def setup_figures(model: Model) -> tuple[Setup | StagedSetup, dict[str, Figure]]
     analysis = StagedAnalysis(model)
     starts: dict[str, Snapshot] = {}
 
-    def keep(simulation: Simulation, active: ActiveGrid) -> None:
-        stage = simulation.model.stage
-        state = snapshot(simulation, active, None, 0, stage.start, analysis.point_fields)
+    def keep(declared: Declared, now: State, active: ActiveGrid) -> None:
+        stage = declared.model.stage
+        state = snapshot(declared, now, active, None, 0, stage.start, analysis.point_fields)
         names = parameter_fields(state)
-        if names and brings_soil(simulation.model):
+        if names and brings_soil(declared.model):
             fields = {name: state.point_fields[name] for name in ("domain", *names)}
             corners = state.point_fields.get("domain_corners")
             fields |= {} if corners is None else {"domain_corners": corners}
@@ -183,12 +186,14 @@ def setup_figures(model: Model) -> tuple[Setup | StagedSetup, dict[str, Figure]]
     }
 
 
-def initial_setup(simulation: Simulation, active: ActiveGrid) -> Setup:
-    """Returns the data for the picture of the set-up of a simulation before its first step.
+def initial_setup(
+    setup: Declared, state: State, warnings: Sequence[str], active: ActiveGrid
+) -> Setup:
+    """Returns the data for the picture of the set-up before the first step.
 
-    `active` is the grid of that step.
+    warnings: texts, of it. active: the grid of that step.
     """
-    model, points = simulation.model, simulation.points
+    model, points = setup.model, state.points
     return Setup(
         title=model.title,
         dim=model.dimension,
@@ -198,38 +203,38 @@ def initial_setup(simulation: Simulation, active: ActiveGrid) -> Setup:
         corners=points.all_corners(),
         body_id=points.body_id,
         body_names=[body.name for body in model.bodies],
-        cell_size=simulation.grid.cell_size,
-        origin=simulation.grid.origin,
-        lines=[line.tolist() for line in simulation.grid.lines],
-        conditions=[_condition(simulation, boundary, active) for boundary in simulation.boundaries],
+        cell_size=state.grid.cell_size,
+        origin=state.grid.origin,
+        lines=[line.tolist() for line in state.grid.lines],
+        conditions=[_condition(setup, state, boundary, active) for boundary in state.boundaries],
         surfaces=[
-            *(_surface(simulation, each) for each in simulation.implicit if _declared_alone(each)),
-            *(_absorbing(simulation, boundary) for boundary in simulation.waves.surfaces()),
-            *_rigid_bodies(simulation),
+            *(_surface(setup, state, each) for each in state.implicit if _declared_alone(each)),
+            *(_absorbing(setup, state, boundary) for boundary in state.waves.surfaces()),
+            *_rigid_bodies(setup, state),
         ],
-        tracked=simulation.surface_shapes(),
-        loads=[*_loads(simulation), *_surface_loads(simulation, active)],
+        tracked=state.surface_shapes(),
+        loads=[*_loads(setup, state), *_surface_loads(setup, state, active)],
         body_force=_body_force(model),
         force_unit=model.units.force,
         kind=model.analysis.kind,
-        warnings=tuple(simulation.services.warnings.texts),
-        water=_water(simulation),
+        warnings=tuple(warnings),
+        water=_water(setup, state),
         water_times=model.stage.start + np.array([0.0, model.schedule.end]),
     )
 
 
-def _water(simulation: Simulation) -> Floats | None:
+def _water(setup: Declared, state: State) -> Floats | None:
     """The surface of the water in the plane at the start and the end of a stage, beyond all soil.
 
     Shape (2, vertices, 2).
     """
-    position, water = simulation.points.position, simulation.water
+    position, water = state.points.position, setup.water
     if water is None or position.shape[1] == 3:
         return None
     wide = 10.0 * float(np.ptp(position, axis=0).max())
     x = {float(position[:, 0].min()) - wide, float(position[:, 0].max()) + wide, *water.vertices}
     place = np.column_stack([sorted(x), np.zeros(len(x))])
-    heights = [water.level(place, time) for time in (0.0, simulation.model.schedule.end)]
+    heights = [water.level(place, time) for time in (0.0, setup.model.schedule.end)]
     return np.stack([np.column_stack([place[:, 0], height]) for height in heights])
 
 
@@ -242,8 +247,8 @@ def _declared_alone(boundary: Implicit) -> bool:
     return not isinstance(boundary, ContactSurface) or boundary.body is None
 
 
-def _surface(simulation: Simulation, boundary: Implicit) -> Surface:
-    points, grid = simulation.points, simulation.grid
+def _surface(setup: Declared, state: State, boundary: Implicit) -> Surface:
+    points, grid = state.points, state.grid
     lower, upper = points.position.min(axis=0), points.position.max(axis=0)
     lower, upper = lower - 2 * grid.sizes_at(lower), upper + 2 * grid.sizes_at(upper)
     size = float(grid.cell_size.max())
@@ -251,8 +256,8 @@ def _surface(simulation: Simulation, boundary: Implicit) -> Surface:
         size = max(size, float((upper - lower).max()) / FLAT_FACETS)
     facets = boundary.geometry.facets(lower, upper, size)
     centre = facets.corner.mean(axis=1)
-    end = boundary.motion.position(centre, boundary.factor(simulation.model.schedule.end)) - centre
-    declared, stress = boundary.declared, simulation.model.units.stress
+    end = boundary.motion.position(centre, boundary.factor(setup.model.schedule.end)) - centre
+    declared, stress = boundary.declared, setup.model.units.stress
     law = declared.contact
     return Surface(
         name=boundary.name,
@@ -265,17 +270,17 @@ def _surface(simulation: Simulation, boundary: Implicit) -> Surface:
     )
 
 
-def _absorbing(simulation: Simulation, boundary: Implicit) -> Surface:
+def _absorbing(setup: Declared, state: State, boundary: Implicit) -> Surface:
     """An absorbing boundary, on a plane of the grid as far as the soil is."""
-    return replace(_surface(simulation, boundary), kind="absorbing")
+    return replace(_surface(setup, state, boundary), kind="absorbing")
 
 
-def _rigid_bodies(simulation: Simulation) -> list[Surface]:
+def _rigid_bodies(setup: Declared, state: State) -> list[Surface]:
     """The rigid bodies at the start, with the prescribed part of their motion at the end."""
-    model = simulation.model
+    model = setup.model
     end, found = model.schedule.end, []
     for body in model.rigid_bodies:
-        shape = rigid_shapes(model, simulation.undeformed())[body.name]
+        shape = rigid_shapes(model, state.undeformed())[body.name]
         components = RigidBody.components(model.dimension, model.analysis.kind)
         moved, turned = np.zeros(model.dimension), np.zeros(3)
         for component in components:
@@ -285,7 +290,7 @@ def _rigid_bodies(simulation: Simulation) -> list[Surface]:
             else:
                 axis = component.removeprefix("rotation_")
                 turned[2 if axis == "rotation" else AXES.index(axis)] = amount
-        before, after = shape.at(*placed(simulation, body.name)), shape.at(moved, turned)
+        before, after = shape.at(*placed(state, body.name)), shape.at(moved, turned)
         corner = before.position[before.cells]
         motion = (after.position - before.position)[before.cells].mean(axis=1)
         laws = laws_text(body.contact, body.contact_with, model.units.stress)
@@ -313,10 +318,10 @@ def _normals(corner: Floats) -> Floats:
     return np.asarray(normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None])
 
 
-def _condition(simulation: Simulation, boundary: Boundary, active: ActiveGrid) -> Condition:
-    declared = next(b for b in simulation.model.boundaries if b.name == boundary.name)
+def _condition(setup: Declared, state: State, boundary: Boundary, active: ActiveGrid) -> Condition:
+    declared = next(b for b in setup.model.boundaries if b.name == boundary.name)
     assert not isinstance(declared, ImplicitBoundary)
-    prescribed = boundary.prescribe(active, 0.0, simulation.model.schedule.end)
+    prescribed = boundary.prescribe(active, 0.0, setup.model.schedule.end)
     nodes = prescribed.constrained.any(axis=1)
     moving = bool(prescribed.increment.any()) and not isinstance(boundary, BaseMotion)
     return Condition(
@@ -332,12 +337,12 @@ ARROWS = 40
 """Arrows of a load on a surface, about."""
 
 
-def _surface_loads(simulation: Simulation, active: ActiveGrid) -> list[Load]:
+def _surface_loads(setup: Declared, state: State, active: ActiveGrid) -> list[Load]:
     """The loads on surfaces at the end of the schedule, on the initial surface."""
-    model = simulation.model
+    model = setup.model
     end = model.schedule.end
     loads = SurfaceLoads(
-        declared_loads(model), model.analysis.kind, simulation.surfaces, active, end, end
+        declared_loads(model), model.analysis.kind, state.surfaces, active, end, end
     )
     found = []
     for declared, place, force in loads.at_points(np.zeros((active.nodes, model.dimension))):
@@ -369,11 +374,11 @@ def _groups(size: Floats) -> Integers:
     return np.asarray(np.unique(group, return_inverse=True)[1])
 
 
-def _loads(simulation: Simulation) -> list[Load]:
+def _loads(setup: Declared, state: State) -> list[Load]:
     """Point forces and line forces at the end of the schedule, where they act at the start."""
     loads = []
-    for each in simulation.loads.on_points:
-        declared, end = each.load, simulation.model.schedule.end
+    for each in setup.loads.on_points:
+        declared, end = each.load, setup.model.schedule.end
         what = "point force" if isinstance(declared, PointForce) else "line force"
         force = np.array(declared.force) * each.curve.factor(end)
         group = _groups(each.weight)

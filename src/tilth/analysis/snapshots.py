@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from tilth.analysis.simulation import Simulation
+from tilth.analysis.setup import Setup
 from tilth.analysis.staged import PointFields
+from tilth.analysis.state import State
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats, Integers
 from tilth.model import Model
@@ -23,7 +24,8 @@ from tilth.output.snapshot import FieldsOnDemand
 
 
 def snapshot(
-    simulation: Simulation,
+    setup: Setup,
+    state: State,
     active: ActiveGrid,
     result: StepResult | None,
     step: int,
@@ -36,11 +38,11 @@ def snapshot(
 
     names: what fields there are; those of the points and the water if None.
     """
-    points, water = simulation.points, simulation.water
+    points, water = state.points, setup.water
     order = points.in_order
-    order = order[simulation.distribution.own[order]]
+    order = order[state.distribution.own[order]]
     number = points.point_id[order]
-    of_stage = time - simulation.model.stage.start
+    of_stage = time - setup.model.stage.start
     states, varying, wet = names or (
         points.state_variables(), list(points.varying), water is not None
     )  # fmt: skip
@@ -55,15 +57,15 @@ def snapshot(
     if wet:
         fields["effective_stress"] = lambda: effective_stress(points)[order]
         fields["pore_pressure"] = lambda: pore_pressure(points, water, of_stage)[order]
-    if simulation.model.analysis.inertia is not None:
+    if setup.model.analysis.inertia is not None:
         fields["velocity"] = lambda: points.motion[order, 0]
         fields["acceleration"] = lambda: points.motion[order, 1]
     corners = points.all_corners()
     if corners is not None:
         fields["domain_corners"] = lambda: corners[order]
-    if any(body.layers for body in simulation.model.bodies):
+    if any(body.layers for body in setup.model.bodies):
         fields["layer"] = lambda: points.layer[order]
-    if simulation.model.output.deformation_gradient:
+    if setup.model.output.deformation_gradient:
         fields["deformation_gradient"] = lambda: points.deformation_gradient[order]
     zero = np.zeros(active.position.shape)
     return Snapshot(
@@ -79,8 +81,8 @@ def snapshot(
             "displacement": zero if result is None else result.equilibrium.displacement,
             "reaction": zero if result is None else result.reaction,
         },
-        surfaces=simulation.surface_shapes(),
-        body_fields=_different(tuple(simulation.model.overlays().values())),
+        surfaces=state.surface_shapes(),
+        body_fields=_different(tuple(setup.model.overlays().values())),
     )
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from tilth.analysis.kept_contact import KeptContact
 from tilth.analysis.placement import placed_on_ground, settlement
 from tilth.analysis.simulation import Simulation
+from tilth.analysis.state import State
 from tilth.arrays import Flags, Floats
 from tilth.bodies.forms import form_of
 from tilth.bodies.inside import inside_of
@@ -47,25 +48,28 @@ def next_stage(last: Simulation, model: Model, initial: MaterialPoints) -> Simul
     stage = model.stage.declared
     assert stage is not None
     key = model.stage.key
-    points = last.points.selected(_remaining(last.points, model, stage))
+    points = last.state.points.selected(_remaining(last.state.points, model, stage))
     if len(points) == 0:
         raise BadInput(f"no soil is left in the stage {stage.name!r}", "keep some", key=key)
     points = _with_materials(points, initial, key)
-    points, grounds = _with_new_bodies(points, last, model, initial, key)
+    points, grounds = _with_new_bodies(points, last.setup.model, model, initial, key)
     _reset(points, stage)
-    moving = points.kinetic_energy(total_mass(points, last.water, last.model.schedule.end))
+    end = last.setup.model.schedule.end
+    moving = points.kinetic_energy(total_mass(points, last.setup.water, end))
     if not stage.inertia:
         points.motion[:] = 0.0
     simulation = Simulation(model, points, initial)
-    _carry(last, simulation, grounds)
+    state, warnings = simulation.state, simulation.services.warnings
+    simulation.services.go_on_from(last.services)
+    _carry(last.state, state, simulation.setup.model, grounds)
     if not stage.inertia:
-        bodies = [body.inertia for body in simulation.bodies if body.inertia is not None]
+        bodies = [body.inertia for body in state.bodies if body.inertia is not None]
         energies = moving, sum(each.energy() for each in bodies), points.stored_energy()
-        simulation.services.warnings.stopped(stage.name, *energies)
+        warnings.stopped(stage.name, *energies)
         for each in bodies:
             each.rest()
     if stage.grid is not None:
-        simulation.services.warnings.few_points(points, simulation.grid, f"{key}.grid.cell_size")
+        warnings.few_points(points, state.grid, f"{key}.grid.cell_size")
     return simulation
 
 
@@ -154,12 +158,12 @@ def _exchange(before: MaterialPoints, part: MaterialPoints, key: str) -> None:
 
 
 def _with_new_bodies(
-    points: MaterialPoints, last: Simulation, model: Model, initial: MaterialPoints, key: str
+    points: MaterialPoints, last: Model, model: Model, initial: MaterialPoints, key: str
 ) -> tuple[MaterialPoints, dict[str, Floats]]:
     """Returns the points with those of bodies that are new, and the ground below each (see
     `placed_on_ground`).
     """
-    new = initial.selected(present_points(model, initial) & ~present_points(last.model, initial))
+    new = initial.selected(present_points(model, initial) & ~present_points(last, initial))
     if len(new) == 0:
         return points, {}
     grounds = placed_on_ground(new, points, initial, key)
@@ -173,33 +177,35 @@ def _reset(points: MaterialPoints, stage: Stage) -> None:
         points.plastic[:, 0] = 0.0
 
 
-def _carry(last: Simulation, simulation: Simulation, grounds: dict[str, Floats]) -> None:
+def _carry(last: State, state: State, model: Model, grounds: dict[str, Floats]) -> None:
     """Hands on what persists: tractions of boundaries, tracked surfaces, stabilisation."""
-    same_grid = simulation.grid.has_lines_of(last.grid)
+    same_grid = state.grid.has_lines_of(last.grid)
     before = {boundary.name: boundary for boundary in [*last.implicit, *last.waves.surfaces()]}
-    for boundary in [*simulation.implicit, *simulation.waves.surfaces()]:
+    for boundary in [*state.implicit, *state.waves.surfaces()]:
         if (earlier := before.get(boundary.name)) is not None:
             _carry_tractions(earlier, boundary, same_grid)
     bodies = {body.name: body for body in last.bodies}
     moved = last.declared_dynamics is not None
-    for body in simulation.bodies:
+    for body in state.bodies:
         if body.name in bodies:
             body.go_on_from(bodies[body.name])
-        if simulation.declared_dynamics is not None and not (moved and body.name in bodies):
-            body.begin_stage(simulation.model.schedule.first_step)
-    for name, surface in simulation.surfaces.items():
+        if state.declared_dynamics is not None and not (moved and body.name in bodies):
+            body.begin_stage(model.schedule.first_step)
+    for name, surface in state.surfaces.items():
         if name in last.surfaces:
             surface.restore(last.surfaces[name].state())
         elif name in grounds:
             surface.move_vertically(partial(settlement, grounds[name]))
     pairs = {pair.name: pair for pair in last.body_contacts}
-    for pair in simulation.body_contacts:
+    for pair in state.body_contacts:
         if pair.name in pairs:
             pair.carry_from(pairs[pair.name])
     if not same_grid:
-        for contact in [*simulation.contact_surfaces, *simulation.body_contacts]:
+        for contact in [*state.contact_surfaces, *state.body_contacts]:
             contact.close_gaps()
-    simulation.go_on_from(last, same_grid)
+    stage = model.stage.declared
+    exchanges = stage is not None and bool(stage.materials)
+    state.go_on_from(last, same_grid, exchanges)
 
 
 def _carry_tractions(before: Implicit, after: Implicit, same_grid: bool) -> None:
@@ -222,8 +228,8 @@ def release_out_of_balance(simulation: Simulation, kept: KeptContact | None = No
     Raises:
         StepFailed: the forces cannot be computed.
     """
-    dynamics = simulation.declared_dynamics
-    first = simulation.model.schedule.first_step
+    state, dynamics = simulation.state, simulation.state.declared_dynamics
+    first = simulation.setup.model.schedule.first_step
     with nullcontext() if dynamics is None else dynamics.at_start(first):
         step = simulation.prepare(0.0, 0.0)
         soil = simulation.soil_on(step.active)
@@ -236,9 +242,9 @@ def release_out_of_balance(simulation: Simulation, kept: KeptContact | None = No
     if dynamics is not None:
         residual += dynamics.force_at_start(balance)
     force = np.where(step.conditions.constrained, 0.0, residual)
-    simulation.waves.hold(step, soil, balance, force)
-    force[simulation.waves.nodes(soil, 0.0)] = 0.0
-    simulation.released.set(balance.active, force)
+    state.waves.hold(step, soil, balance, force)
+    force[state.waves.nodes(soil, 0.0)] = 0.0
+    state.released.set(balance.active, force)
     return np.asarray(force.sum(axis=0))
 
 
@@ -276,9 +282,9 @@ def checked_next_stage(
     """
     stage = model.stage.declared
     assert stage is not None
-    is_first = last.model.initial_model is None
-    kept = last.kept_contact if stage.grid is None and not is_first else None
-    if not (stage.inertia or last.declared_dynamics is not None):
+    is_first = last.setup.model.initial_model is None
+    kept = last.state.kept_contact if stage.grid is None and not is_first else None
+    if not (stage.inertia or last.state.declared_dynamics is not None):
         kept = None
     simulation = next_stage(last, model, initial)
     try:
@@ -293,18 +299,17 @@ def checked_next_stage(
         ) from failure
     except BadInput as error:
         when = f"at the start of the stage {model.stage.name!r}"
-        if _has_empty_cells(simulation):
+        if _has_empty_cells(stage, simulation.state):
             when += ", whose grid has cells smaller than the distance of the points"
         raise error.during(when) from error
     return simulation
 
 
-def _has_empty_cells(simulation: Simulation) -> bool:
+def _has_empty_cells(stage: Stage, state: State) -> bool:
     """Whether the stage has a grid with cells smaller than the points' mean distance."""
-    stage = simulation.model.stage.declared
-    points, grid = simulation.points, simulation.grid
+    points, grid = state.points, state.grid
     apart = 2.0 * (points.half_length / grid.sizes_at(points.position)).mean(axis=0)
-    return stage is not None and stage.grid is not None and bool((apart > 1.0).any())
+    return stage.grid is not None and bool((apart > 1.0).any())
 
 
 def points_of_stages(models: Sequence[Model]) -> list[MaterialPoints]:

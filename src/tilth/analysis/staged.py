@@ -18,8 +18,11 @@ from tilth.analysis.initial_equilibrium import (
 )
 from tilth.analysis.load_steps import load_steps
 from tilth.analysis.owners import Arrays
+from tilth.analysis.services import Services
+from tilth.analysis.setup import Setup
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.stage_change import checked_next_stage, points_of_stages
+from tilth.analysis.state import State
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.comm import Communicator
@@ -94,9 +97,24 @@ class StagedAnalysis:
         return Simulation(self.models[0], initial=self._initial[0] if self.model.stages else None)
 
     @property
+    def setup(self) -> Setup:
+        """What is declared of the present stage."""
+        return self.simulation.setup
+
+    @property
+    def state(self) -> State:
+        """The state of the soil and of all else."""
+        return self.simulation.state
+
+    @property
+    def services(self) -> Services:
+        """What no result depends on."""
+        return self.simulation.services
+
+    @property
     def is_before_first(self) -> bool:
         """Whether the soil is in the initial state, which the first stage is going to change."""
-        return self.simulation.model is self._before
+        return self.setup.model is self._before
 
     @classmethod
     def restored(
@@ -132,7 +150,7 @@ class StagedAnalysis:
     @property
     def point_fields(self) -> PointFields:
         """The state variables and varying parameters of all stages."""
-        return _fields_of(self._initial or [self.simulation.points], self.model)
+        return _fields_of(self._initial or [self.state.points], self.model)
 
     @staticmethod
     def fields_of(model: Model) -> PointFields:
@@ -152,23 +170,23 @@ class StagedAnalysis:
 
         Those of a model without stages are the points of the simulation, which change.
         """
-        return self._initial[0] if self._initial else self.simulation.points
+        return self._initial[0] if self._initial else self.state.points
 
     @property
     def initial(self) -> MaterialPoints:
         """The undeformed points of all bodies, with the materials of the present stage."""
-        number = self.simulation.model.stage.number
-        return self._initial[number] if self._initial else self.simulation.points
+        number = self.setup.model.stage.number
+        return self._initial[number] if self._initial else self.state.points
 
     @property
     def number(self) -> int:
         """Number of the present stage among those of the type "loading", from 0."""
-        return self.simulation.model.stage.number
+        return self.setup.model.stage.number
 
     @property
     def time(self) -> float:
         """Total time reached."""
-        return self.simulation.model.stage.start + self.clock.time
+        return self.setup.model.stage.start + self.clock.time
 
     @property
     def done(self) -> bool:
@@ -203,7 +221,7 @@ class StagedAnalysis:
             yield self.simulation, active
         if len(self.models) > first:
             simulation = self._at_first()
-            simulation.services.warnings.go_on_from(self.simulation.services.warnings)
+            simulation.services.warnings.go_on_from(self.services.warnings)
             for model, initial in zip(self.models[first:], self._initial[first:], strict=True):
                 simulation = checked_next_stage(simulation, model, initial, in_advance=True)
                 yield simulation, simulation.locate(0.0)
@@ -234,7 +252,7 @@ class StagedAnalysis:
             AnalysisFailed, BadInput: see `find_initial_equilibrium` and `enter_next`.
         """
         found = None
-        if has_initial_equilibrium(self.simulation.model):
+        if has_initial_equilibrium(self.setup.model):
             found = find_initial_equilibrium(self.simulation, on_iteration)
         if self.is_before_first:
             self.enter_first()
@@ -258,9 +276,9 @@ class StagedAnalysis:
 
     def _enter(self, number: int) -> None:
         model, initial = self.models[number], self._initial[number]
-        comm = self.simulation.comm
+        comm = self.state.comm
         self.simulation = checked_next_stage(collected(self.simulation), model, initial)
-        self.out_of_balance = self.simulation.released.force.sum(axis=0)
+        self.out_of_balance = self.state.released.force.sum(axis=0)
         self.simulation.distribute(comm)
         self.clock = self._clock(number, step=self.clock.step)
 
@@ -274,9 +292,9 @@ class StagedAnalysis:
         The simulation is that which a resumed run of this model would begin with; `steps` has to be
         called again. All processes call it.
         """
-        last, comm = self.simulation, self.simulation.comm
+        last, comm = self.simulation, self.state.comm
         self.model, self.models = model, model.of_stages
-        simulation = Simulation.restored(model, collected(last).arrays())
+        simulation = Simulation.restored(model, collected(last).state.arrays())
         simulation.services.go_on_from(last.services)
         simulation.locate(self.clock.time)
         simulation.distribute(comm)

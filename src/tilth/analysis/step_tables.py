@@ -10,7 +10,9 @@ from pathlib import Path
 
 from tilth.analysis.energies import ENERGY_KINDS, Energies
 from tilth.analysis.motions import moment_unit, motion_columns, motion_values
-from tilth.analysis.simulation import Simulation
+from tilth.analysis.run_warnings import RunWarnings
+from tilth.analysis.setup import Setup
+from tilth.analysis.state import State
 from tilth.analysis.step_result import StepResult
 from tilth.analysis.tracker import Tracker, tracked_columns
 from tilth.model import Model
@@ -116,20 +118,22 @@ class StepTables:
     def rows(
         self,
         time: float,
-        simulation: Simulation,
+        setup: Setup,
+        state: State,
         result: StepResult | None,
         energies: Energies,
+        warnings: RunWarnings,
     ) -> dict[str, list[float]]:
         """Returns the values of a step by the names of the files; all processes call it.
 
-        time: of the stage. energies: with those of this step.
+        time: of the stage. energies: with those of this step. warnings: of the run.
         """
-        found = {HISTORY: self._tracker.values(simulation, result, energies)}
+        found = {HISTORY: self._tracker.values(setup, state, result, energies)}
         if self._columns[BOUNDARIES]:
-            found[BOUNDARIES] = motion_values(self._model, simulation, result)
+            found[BOUNDARIES] = motion_values(self._model, setup, state, result)
         if self._columns[ENERGIES]:
-            values = energies.values(simulation, time)
-            simulation.services.warnings.contact_gives(values, energies.start)
+            values = energies.values(setup, state, time)
+            warnings.contact_gives(values, energies.start)
             found[ENERGIES] = [values[kind] for kind in ENERGY_KINDS]
         return found
 

@@ -72,9 +72,9 @@ def take_steps(
 
     explanation: of a step, which is written as soon as this step is accepted or the run ends.
     """
-    iterations, comm, going = 0, analysis.simulation.comm, True
+    iterations, comm, going = 0, analysis.state.comm, True
     if explanation is not None:
-        analysis.simulation.services.observer = explanation
+        analysis.services.observer = explanation
     with DeferredStop() as stop:
         with (
             recorder.recording(analysis.clock, quiet) as progress,
@@ -126,18 +126,25 @@ def reduce_strength(
     Raises:
         AnalysisFailed: a factor of safety is not found.
     """
-    simulation, clock = analysis.simulation, analysis.clock
-    for index, stage in simulation.model.stage.reductions:
+    clock, setup, state, services = (
+        analysis.clock,
+        analysis.setup,
+        analysis.state,
+        analysis.services,
+    )
+    for index, stage in setup.model.stage.reductions:
         try:
-            result = strength_reduction(simulation, clock.time, stage, on_iteration=on_iteration)
+            result = strength_reduction(
+                analysis.simulation, clock.time, stage, on_iteration=on_iteration
+            )
         except AnalysisFailed as failure:
             raise AnalysisFailed(f"stage {stage.name!r}: {failure.message}", failure.remedy) from (
                 failure
             )
         except BadInput as error:
             raise error.during(f"in the stage {stage.name!r}") from error
-        record(recorder.folder, simulation, clock.step, clock.time, result, index)
+        record(recorder.folder, setup, state, services, clock.step, clock.time, result, index)
         if not result.is_decided:
             what = f"stage {stage.name!r}: {result.text}"
-            simulation.services.warnings.note(f"safety {index}", what)
+            services.warnings.note(f"safety {index}", what)
         recorder.factor_of_safety(stage.name, result.text)

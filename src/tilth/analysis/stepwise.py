@@ -180,7 +180,7 @@ class Step:
         self.size = taken.size
         self.iterations = equilibrium.iterations
         self.residuals = tuple(equilibrium.residuals)
-        self.stage = analysis.simulation.model.stage.name
+        self.stage = analysis.setup.model.stage.name
         recorder = taken.recorder
         values = zip(recorder.tables.headings, recorder.row, strict=True)
         self.row: ByHeading[float] = ByHeading(dict(values))
@@ -258,7 +258,7 @@ class Step:
             BadInput: there is none of this name, or the step is over.
         """
         analysis = self._now().analysis
-        curve = curve_of(analysis.simulation.model, name, force)
+        curve = curve_of(analysis.setup.model, name, force)
         return curve.factor(analysis.clock.time)
 
     def stop(self) -> None:
@@ -324,7 +324,7 @@ class Step:
         if self._snapshot is None:
             analysis = taken.analysis
             self._snapshot = snapshot(
-                analysis.simulation, taken.result.active, taken.result, self.number, self.time,
-                analysis.point_fields,
+                analysis.setup, analysis.state, taken.result.active, taken.result, self.number,
+                self.time, analysis.point_fields,
             )  # fmt: skip
         return self._snapshot

@@ -16,7 +16,8 @@ from tilth.analysis.embedment import Embedment
 from tilth.analysis.energies import Energies
 from tilth.analysis.motions import area_unit, force_unit, moment_unit
 from tilth.analysis.rigid_shapes import placed
-from tilth.analysis.simulation import Simulation
+from tilth.analysis.setup import Setup
+from tilth.analysis.state import State
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats, Integers
 from tilth.model import Model, Track
@@ -24,6 +25,7 @@ from tilth.model.fields import AXES
 from tilth.model.track import OF_RELAXATION
 from tilth.mpm.domains import upper_edges
 from tilth.mpm.points import MaterialPoints
+from tilth.mpm.water import PhreaticSurface
 from tilth.mpm.wet_mass import effective_stress, pore_pressure, total_stress
 from tilth.terms.loads import nearest_points
 
@@ -48,13 +50,14 @@ class Tracker:
 
     def values(
         self,
-        simulation: Simulation,
+        setup: Setup,
+        state: State,
         result: StepResult | None,
         energies: Energies,
     ) -> list[float]:
         """Returns the quantities after a step (`result` None: before the first one)."""
         values = [
-            track.scale * evaluate(simulation, result, energies)
+            track.scale * evaluate(setup, state, result, energies)
             for track, evaluate in zip(self._model.track, self._evaluate, strict=True)
         ]
         if self._model.analysis.beyond_limit == "stop":
@@ -66,32 +69,31 @@ class Tracker:
 
     def _evaluation(
         self, track: Track, initial: MaterialPoints
-    ) -> Callable[[Simulation, StepResult | None, Energies], float]:
+    ) -> Callable[[Setup, State, StepResult | None, Energies], float]:
         if track.quantity == "reaction":
-            return lambda simulation, result, energies: _reaction(track, simulation, result)
+            return lambda setup, state, result, energies: _reaction(track, state, result)
         if track.quantity == "moment":
-            return lambda simulation, result, energies: _moment(
-                track, self._model, simulation, result
-            )
+            return lambda setup, state, result, energies: _moment(track, self._model, state, result)
         if track.quantity in ("rigid_displacement", "rigid_rotation"):
-            return lambda simulation, result, energies: _rigid(track, simulation)
+            return lambda setup, state, result, energies: _rigid(track, setup.model, state)
         if track.quantity == "contact_area":
-            return lambda simulation, result, energies: _contact_area(track, result)
+            return lambda setup, state, result, energies: _contact_area(track, result)
         if track.quantity == "embedment":
             embedment = Embedment(track, self._model, initial)
-            return lambda simulation, result, energies: embedment.depth(simulation, result)
+            return lambda setup, state, result, energies: embedment.depth(setup, state, result)
         if track.quantity == "penetration":
-            return lambda simulation, result, energies: _penetration(track, simulation, result)
+            return lambda setup, state, result, energies: _penetration(track, state, result)
         if track.at is not None:
             ids = nearest_points(initial, track.at, self._model.cell_size, track.body)
             if track.quantity == "state":
-                return lambda simulation, result, energies: _state(track, simulation, ids)
+                return lambda setup, state, result, energies: _state(track, state, ids)
 
             def of_points(
-                simulation: Simulation, result: StepResult | None, energies: Energies
+                setup: Setup, state: State, result: StepResult | None, energies: Energies
             ) -> float:
-                values = _values(track, simulation, 0.0 if result is None else result.time)
-                there = _there(simulation, ids, values)
+                time = 0.0 if result is None else result.time
+                values = _values(track, state.points, setup.water, time)
+                there = _there(state, ids, values)
                 if len(there) == 0:
                     return math.nan
                 mean = there.mean(axis=0)
@@ -100,13 +102,13 @@ class Tracker:
             return of_points
         if track.quantity == "enclosed":
             name = track.body or ""
-            return lambda simulation, result, energies: _enclosed(simulation, name)
+            return lambda setup, state, result, energies: _enclosed(state, name)
         if track.quantity in ("top_height", "run_out"):
             axis = self._model.dimension - 1 if track.axis is None else AXES.index(track.axis)
-            return lambda simulation, result, energies: _extent(track, simulation, axis)
+            return lambda setup, state, result, energies: _extent(track, state, axis)
         kind = track.kind or ""
-        return lambda simulation, result, energies: energies.value(
-            kind, simulation, 0.0 if result is None else result.time
+        return lambda setup, state, result, energies: energies.value(
+            kind, setup, state, 0.0 if result is None else result.time
         )
 
 
@@ -151,37 +153,37 @@ def rate_unit(model: Model, order: int) -> str:
     return f"{length}/{time}" if order == 1 else f"{length}/{time}^2"
 
 
-def _reaction(track: Track, simulation: Simulation, result: StepResult | None) -> float:
+def _reaction(track: Track, state: State, result: StepResult | None) -> float:
     name, component = track.boundary or "", AXES.index(track.component)
     if result is None:
         return 0.0
-    if name in simulation.rigid_bodies:
-        return 0.0 - float(simulation.rigid_bodies[name].force[component])
+    if name in state.rigid_bodies:
+        return 0.0 - float(state.rigid_bodies[name].force[component])
     return float(result.resultant(name)[component]) if name in result.forces else 0.0
 
 
-def _moment(track: Track, model: Model, simulation: Simulation, result: StepResult | None) -> float:
+def _moment(track: Track, model: Model, state: State, result: StepResult | None) -> float:
     name, component = track.boundary or "", AXES.index(track.component)
     if result is None:
         return 0.0
-    if name in simulation.rigid_bodies:
-        state = simulation.rigid_bodies[name]
-        moment = state.moment
+    if name in state.rigid_bodies:
+        body = state.rigid_bodies[name]
+        moment = body.moment
         if track.about is not None:
-            declared = next(body for body in model.rigid_bodies if body.name == name)
-            arm = np.array(declared.centre) + state.displacement - np.array(track.about)
+            declared = next(each for each in model.rigid_bodies if each.name == name)
+            arm = np.array(declared.centre) + body.displacement - np.array(track.about)
             three = (0, 3 - len(arm))
-            moment = moment + np.cross(np.pad(arm, three), np.pad(state.force, three))
+            moment = moment + np.cross(np.pad(arm, three), np.pad(body.force, three))
         return 0.0 - float(moment[component])
     if name not in result.forces:
         return 0.0
     return float(result.moment(name, np.array(track.about))[component])
 
 
-def _rigid(track: Track, simulation: Simulation) -> float:
-    if all(body.name != track.boundary for body in simulation.model.rigid_bodies):
+def _rigid(track: Track, model: Model, state: State) -> float:
+    if all(body.name != track.boundary for body in model.rigid_bodies):
         return math.nan
-    displacement, rotation = placed(simulation, track.boundary or "")
+    displacement, rotation = placed(state, track.boundary or "")
     if track.quantity == "rigid_rotation":
         return math.degrees(rotation[AXES.index(track.component)])
     return _component(displacement, track.component or "")
@@ -194,39 +196,40 @@ def _contact_area(track: Track, result: StepResult | None) -> float:
     return result.contacts[name].area if name in result.contacts else result.areas.get(name, 0.0)
 
 
-def _penetration(track: Track, simulation: Simulation, result: StepResult | None) -> float:
-    boundary = next((b for b in simulation.implicit if b.name == track.boundary), None)
+def _penetration(track: Track, state: State, result: StepResult | None) -> float:
+    boundary = next((b for b in state.implicit if b.name == track.boundary), None)
     if boundary is None:
         return math.nan
     time = 0.0 if result is None else result.time
-    return simulation.comm.max(boundary.penetration(simulation.points.position, time))
+    return state.comm.max(boundary.penetration(state.points.position, time))
 
 
-def _state(track: Track, simulation: Simulation, ids: Integers) -> float:
-    values = simulation.points.state_variable(track.variable or "")
-    there = _there(simulation, ids, values)
+def _state(track: Track, state: State, ids: Integers) -> float:
+    values = state.points.state_variable(track.variable or "")
+    there = _there(state, ids, values)
     return float(there.mean()) if len(there) else math.nan
 
 
-def _there(simulation: Simulation, ids: Integers, values: Floats) -> Floats:
+def _there(state: State, ids: Integers, values: Floats) -> Floats:
     """Returns the values (n, ...) at those of the points that are there, of all processes."""
-    index = simulation.points.index_of(ids)
+    index = state.points.index_of(ids)
     index = index[index >= 0]
-    index = index[simulation.distribution.own[index]]
-    found = simulation.comm.gathered((simulation.points.point_id[index], values[index]))
+    index = index[state.distribution.own[index]]
+    found = state.comm.gathered((state.points.point_id[index], values[index]))
     order = np.argsort(np.concatenate([number for number, _ in found]), kind="stable")
     return np.concatenate([each for _, each in found])[order]
 
 
-def _enclosed(simulation: Simulation, name: str) -> float:
-    if name not in simulation.surfaces:
+def _enclosed(state: State, name: str) -> float:
+    if name not in state.surfaces:
         return math.nan
-    return simulation.surfaces[name].enclosed()
+    return state.surfaces[name].enclosed()
 
 
-def _values(track: Track, simulation: Simulation, time: float) -> Floats:
+def _values(
+    track: Track, points: MaterialPoints, water: PhreaticSurface | None, time: float
+) -> Floats:
     """Returns the quantity that is tracked at points, of all points, (n, k) or (n,)."""
-    points, water = simulation.points, simulation.water
     if track.quantity == "displacement":
         return points.displacement
     if track.quantity in ("velocity", "acceleration"):
@@ -251,12 +254,12 @@ def _component(value: Floats, name: str) -> float:
     return float(value[(AXES if len(value) < 6 else TENSOR).index(name)])
 
 
-def _extent(track: Track, simulation: Simulation, axis: int) -> float:
-    points, comm = simulation.points, simulation.comm
+def _extent(track: Track, state: State, axis: int) -> float:
+    points, comm = state.points, state.comm
     chosen = np.arange(len(points))
     if track.body is not None:
         chosen = chosen[points.of_body(track.body)]
-    chosen = chosen[simulation.distribution.own[chosen]]
+    chosen = chosen[state.distribution.own[chosen]]
     upper = (upper_edges(points) if track.of == "domains" else points.position)[chosen, axis]
     if track.share is None:
         most = comm.max(float(upper.max(initial=-math.inf)))
