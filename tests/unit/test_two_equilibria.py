@@ -56,7 +56,8 @@ def converged(simulation: Simulation, motion: float) -> Any:
     step = simulation.prepare(0.0, 1.0)
     soil = simulation.soil_on(step.active)
     balance = Balance(step.active, simulation.terms(step, soil))
-    equilibrium = solve(simulation, step, soil, balance, lambda iteration, residual: None)
+    setup, state, services = simulation.setup, simulation.state, simulation.services
+    equilibrium = solve(setup, state, services, step, soil, balance)
     moved = np.full_like(equilibrium.displacement, motion)
     return step, balance, replace(equilibrium, displacement=moved)
 
