@@ -3,17 +3,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from tilth.model import Study
 from tilth.report.charts import WARNING, Chart, Line
 from tilth.studies.pictures import MOST_PANELS
+from tilth.studies.result import StudyResult
 from tilth.studies.statistics import running_mean
-
-if TYPE_CHECKING:
-    from tilth.studies.run import StudyResult
 
 
 def outcome_charts(result: StudyResult) -> list[Chart]:

@@ -6,7 +6,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from tilth.errors import visible
 from tilth.model import Study, Vary
@@ -20,11 +19,9 @@ from tilth.report.texts import save
 from tilth.studies.charts import dependence_charts, outcome_charts
 from tilth.studies.folder import RUN, SAMPLES, text_of
 from tilth.studies.pictures import draw_outcomes
+from tilth.studies.result import StudyResult
 from tilth.studies.samples import folder_of
 from tilth.studies.statistics import QUANTILES
-
-if TYPE_CHECKING:
-    from tilth.studies.run import StudyResult
 
 MOST_ROWS = 2000
 """Samples in the table of the page, at most; all are in study.csv."""

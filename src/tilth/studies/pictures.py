@@ -9,13 +9,13 @@ import numpy as np
 
 from tilth.arrays import Floats
 from tilth.report.texts import AS_IT_IS, LABEL_WIDTH, on_lines
+from tilth.studies.result import StudyResult
 from tilth.studies.statistics import Statistics, running_mean
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from tilth.studies.run import StudyResult
 
 COLOUR, DARK, LINE = "#8fb3c9", "#1d3f58", "#c1121f"
 MOST_PANELS = 6

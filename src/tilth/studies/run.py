@@ -5,14 +5,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from tilth.analysis.check import check
-from tilth.arrays import Floats
 from tilth.case import case_entries, load_study
 from tilth.environment import available_cores
 from tilth.errors import BadInput
@@ -39,44 +37,12 @@ from tilth.studies.folder import (
 from tilth.studies.outcomes import require_outcomes, unit_of
 from tilth.studies.pool import run_all
 from tilth.studies.progress import StudyProgress
+from tilth.studies.result import StudyResult
 from tilth.studies.samples import Sample, make_samples
-from tilth.studies.statistics import Statistics, statistics, write_statistics
+from tilth.studies.statistics import statistics, write_statistics
 
 BETWEEN_TABLES = 10.0
 """Time between two writings of the table while samples are run, at least [s]."""
-
-
-@dataclass(frozen=True)
-class StudyResult:
-    """A study all of whose samples were run.
-
-    Attributes:
-        folder: where study.csv, statistics.csv, study.html and the samples are.
-        numbers: of the samples, from 1, shape (n,).
-        values: of the entries that vary, by column of the table, each of length n.
-        outcomes: by column of the table, each of shape (n,), not a number where there is none.
-        reasons: why samples failed, by their numbers.
-        statistics: of each outcome.
-    """
-
-    folder: Path
-    numbers: Sequence[int]
-    values: dict[str, list[Any]]
-    outcomes: dict[str, Floats]
-    reasons: dict[int, str]
-    statistics: Sequence[Statistics]
-
-    def __repr__(self) -> str:
-        lines = [
-            f"<StudyResult: {len(self.numbers)} samples, {len(self.reasons)} failed, "
-            f"in {self.folder}",
-            *(
-                f"  {s.name}: mean {s.mean:.6g} {s.unit}, "
-                f"standard deviation {s.standard_deviation:.6g}"
-                for s in self.statistics
-            ),
-        ]
-        return "\n".join(line.rstrip() for line in lines) + ">"
 
 
 @StopSignals()

@@ -7,7 +7,7 @@ from rich.console import Console
 from rich.text import Text
 
 from tilth.errors import visible
-from tilth.studies.run import StudyResult
+from tilth.studies.result import StudyResult
 from tilth.studies.statistics import Statistics
 
 MOST_REASONS = 10
