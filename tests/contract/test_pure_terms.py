@@ -25,6 +25,7 @@ from test_wave_boundaries import ground, side
 
 from tilth import Model
 from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_terms import TERMS
 from tilth.arrays import Floats
 from tilth.model.load_curve import LoadCurve
 from tilth.mpm.active_grid import ActiveGrid
@@ -141,10 +142,11 @@ def assert_undisturbed(
     found = []
     for number in range(2):
         simulation = make()
-        simulation.attempts = [
+        attempts = [
             replace(each, maximum_iterations=1) if i < skipped else each
-            for i, each in enumerate(simulation.attempts)
+            for i, each in enumerate(simulation.setup.attempts)
         ]
+        simulation.setup = replace(simulation.setup, attempts=attempts)
         if number == 0:
             found.append(state_after(simulation, times))
             continue
@@ -220,19 +222,11 @@ class Ratchet(Term, AssembledTerm):
         return None
 
 
-class Ratcheted(Simulation):
-    """A simulation with such springs."""
-
-    method = ""
-
-    def terms(self, *arguments: Any) -> list[Term]:
-        return [*super().terms(*arguments), Ratchet(self.method)]
-
-
 def ratcheted(method: str) -> Simulation:
     """The block of soil under loads with such springs."""
     simulation = loaded("plane_strain")
-    simulation.__class__ = type("Ratcheted", (Ratcheted,), {"method": method})
+    terms = [*TERMS, lambda _: [Ratchet(method)]]
+    simulation.setup = replace(simulation.setup, terms=terms)
     return simulation
 
 

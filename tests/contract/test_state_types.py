@@ -14,6 +14,7 @@ ROOT = Path(__file__).parents[2] / "src" / "tilth"
 LOOPS = {
     "analysis/simulation.py",
     "analysis/load_steps.py",
+    "analysis/march.py",
     "analysis/initial_equilibrium.py",
     "analysis/stage_change.py",
     "analysis/staged.py",

@@ -37,7 +37,7 @@ def with_a_memory(points: MaterialPoints) -> MaterialPoints:
     law = Law(soil.law.name, soil.law.parameters, {"greatest_pressure": "stress"}, True)
     state = np.zeros((len(points), 1))
     state[soil.start : soil.stop, 0] = 5.0 + np.arange(soil.stop - soil.start)
-    return replace(points, bodies=[replace(soil, law=law), rock], state=state)
+    return replace(points, ranges=[replace(soil, law=law), rock], state=state)
 
 
 def test_each_law_fills_its_own_columns() -> None:

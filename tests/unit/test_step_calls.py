@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from newton_problems import leaning_block, pressed_block
 
 from tilth.analysis.simulation import Simulation
+from tilth.analysis.step_terms import TERMS
 from tilth.arrays import Floats
 from tilth.errors import StepFailed
 from tilth.mpm.active_grid import ActiveGrid
@@ -74,9 +76,7 @@ BEGUN = {
 def heard(simulation: Simulation, refuses: bool = False) -> list[list[tuple[str, bool]]]:
     """What is heard in each of two steps; refuses: in the second one at its first guess."""
     listener = Listener()
-    terms = simulation.terms
-    listening: Any = lambda *rest: [*terms(*rest), listener]  # noqa: E731
-    simulation.terms = listening  # type: ignore[method-assign]
+    simulation.setup = replace(simulation.setup, terms=[*TERMS, lambda _: [listener]])
     found = []
     for step in range(2):
         listener.heard = []

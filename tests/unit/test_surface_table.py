@@ -16,7 +16,7 @@ from tracked_shapes import circle, line, octahedron, with_surfaces
 
 from tilth import BadInput, Model, resume, run
 from tilth.analysis.recorder import Recorder
-from tilth.analysis.simulation import Simulation
+from tilth.analysis.state import State
 from tilth.output import SurfaceShape, prepare_output_folder, read_results, read_surface
 from tilth.output import write_surfaces as write
 
@@ -126,9 +126,9 @@ def entries(steps: int = 4) -> dict[str, Any]:
     return given
 
 
-def top_of_points(simulation: Simulation) -> tuple[SurfaceShape, ...]:
+def top_of_points(state: State) -> tuple[SurfaceShape, ...]:
     """A line through the uppermost points: it moves with the soil."""
-    place = simulation.state.points.position
+    place = state.points.position
     top = place[place[:, 1] > place[:, 1].max() - 1e-9]
     return (line("top", top[np.argsort(-top[:, 0])]),)
 
@@ -142,7 +142,7 @@ def test_a_run_writes_its_surfaces_at_every_output(
         write(path, snapshot, unit)
         seen.append((snapshot.step, read_surface(path)["step"][0]))
 
-    monkeypatch.setattr(Simulation, "surface_shapes", top_of_points)
+    monkeypatch.setattr(State, "surface_shapes", top_of_points)
     monkeypatch.setattr("tilth.analysis.recorder.write_surfaces", note)
     run(Model.from_dict(entries()), tmp_path / "out", quiet=True)
     assert seen == [(0, 0), (2, 2), (4, 4)]
@@ -165,7 +165,7 @@ def test_a_run_without_surfaces_writes_no_table(tmp_path: Path) -> None:
 def test_a_resumed_run_goes_on_with_the_table_of_its_last_output(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(Simulation, "surface_shapes", top_of_points)
+    monkeypatch.setattr(State, "surface_shapes", top_of_points)
     run(Model.from_dict(entries()), tmp_path / "whole", quiet=True)
     checkpoint = Recorder._checkpoint
 

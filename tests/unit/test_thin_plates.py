@@ -64,7 +64,7 @@ def simulation(normal: str, cell: float = 0.25, tangential: str = "adhesion", **
 def test_a_skirt_in_intact_clay_has_adhesion_on_both_sides(cell: float) -> None:
     moved = simulation("bilateral", cell, y=-0.05)
     moved.advance(0.0, 1.0)
-    force = moved.rigid_bodies["skirt"].force
+    force = moved.state.rigid_bodies["skirt"].force
     exact = 2.0 * TRACTION * DEPTH
     # the part of a quadrature point at the surface is measured to a 16th
     np.testing.assert_allclose(force, [0.0, exact], atol=0.01 * exact)
@@ -78,14 +78,14 @@ def test_a_skirt_that_is_pushed_aside_is_pressed_on_one_side() -> None:
     front = state.normal[:, 0] > 0.0
     assert pressure[front].sum() > 100.0
     np.testing.assert_allclose(pressure[~front].sum(), 0.0, atol=1e-3 * pressure.sum())
-    force = moved.rigid_bodies["skirt"].force
+    force = moved.state.rigid_bodies["skirt"].force
     np.testing.assert_allclose(force, [-pressure.sum(), 0.0], rtol=1e-9, atol=1e-6)
 
 
 def test_each_side_takes_over_its_own_tractions_on_another_grid() -> None:
     last, finer = (simulation("bilateral", cell, y=-0.05) for cell in (0.25, 0.125))
     last.advance(0.0, 1.0)
-    before, after = last.contact_surfaces[0], finer.contact_surfaces[0]
+    before, after = last.state.contact_surfaces[0], finer.state.contact_surfaces[0]
     above = before.quadrature.surface[:, 1] > -0.2
     before.carried[above] *= np.sign(before.quadrature.normal[above, :1])
     after.carry_from(before)
@@ -107,7 +107,7 @@ BILATERAL = {**UNILATERAL, "normal": "bilateral"}
 
 def anchor(shape: Any, contact: Any = UNILATERAL, dim: int = 2, **changed: Any) -> dict[str, Any]:
     """Clay, 1 deep and 2 wide, with a thin body in it that is lifted."""
-    entries = simulation("bilateral").model.to_dict()
+    entries = simulation("bilateral").setup.model.to_dict()
     lower, upper = [-1.0] * dim, [1.0] * (dim - 1) + [0.0]
     entries["bodies"][0]["shape"] = {"type": "box", "lower": lower, "upper": upper}
     base = {"name": "base", "type": "plane", "axis": "xyz"[dim - 1], "at": -1.0}
