@@ -8,8 +8,13 @@ from typing import Any
 import numpy as np
 import pytest
 from lattice_fields import LAW
-from processes import random_boxes, run_together
+from processes import random_boxes, run_together, whole_rows
+from staged_problems import staged_entries
 
+from tilth import Model
+from tilth.analysis.gathering import gathered_state
+from tilth.analysis.owners import DECLARED_POSITION
+from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats, Integers
 from tilth.comm import SERIAL, Communicator
 from tilth.grid.background import Grid
@@ -18,6 +23,8 @@ from tilth.mpi import Processes
 from tilth.mpm.active_grid import Buffers, locate
 from tilth.mpm.distribution import Distribution
 from tilth.mpm.points import MaterialPoints, PointRange
+
+__all__ = ["whole_rows"]
 
 
 def cells_of(*counts: int) -> Integers:
@@ -112,3 +119,23 @@ def test_sum_and_maximum_are_those_of_all_processes(place: int) -> None:
     values = np.roll([np.inf, np.nan, 0.0], place)
     number = int(np.isfinite(values).argmax())
     assert np.isnan(Processes(Numbers(values, number)).max(0.0))
+
+
+@pytest.mark.usefixtures("whole_rows")
+def test_the_checkpoint_of_a_stage_has_where_its_points_were_declared() -> None:
+    """A stage that resets displacements could not be gone on with otherwise."""
+    model = Model.from_dict(staged_entries()).of_stages[1]
+    serial = Simulation(model).state.arrays()
+
+    def gathered(comm: Communicator) -> dict[str, Any]:
+        simulation = Simulation(model)
+        simulation.distribute(comm)
+        return gathered_state(simulation.state)
+
+    first, other = run_together(2, gathered)
+    assert other == {}
+    assert first.keys() == serial.keys()
+    order, number = (np.argsort(each["point_id"]) for each in (first, serial))
+    np.testing.assert_array_equal(
+        first[DECLARED_POSITION][order], serial[DECLARED_POSITION][number]
+    )

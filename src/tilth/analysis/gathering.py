@@ -30,6 +30,8 @@ def gathered_state(state: State) -> dict[str, npt.NDArray[Any]]:
     if distribution.serial:
         return state.arrays()
     found = distribution.gathered(state.points)
+    if comm.rank == 0:
+        found = state.with_start(found)
     for owner, each in state.owners.items():
         own_state = state_of({owner: each})
         if isinstance(each, KeyedRows):

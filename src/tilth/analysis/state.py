@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from copy import copy
 from typing import Any
 
@@ -199,10 +199,13 @@ class State:
 
     def arrays(self) -> dict[str, npt.NDArray[Any]]:
         """Returns all arrays that a later step reads: points and state variables of the owners."""
-        arrays = dict(self.points.arrays())
-        if self.declared_position is not None:
-            arrays[DECLARED_POSITION] = self.declared_position[self.points.point_id]
-        return arrays | state_of(self.owners)
+        return self.with_start(self.points.arrays()) | state_of(self.owners)
+
+    def with_start(self, arrays: Mapping[str, npt.NDArray[Any]]) -> dict[str, npt.NDArray[Any]]:
+        """Returns arrays of points with where these were declared, which a stage may forget."""
+        if self.declared_position is None:
+            return dict(arrays)
+        return {**arrays, DECLARED_POSITION: self.declared_position[arrays["point_id"]]}
 
     def go_on_from(self, last: State, same_grid: bool, exchanges: bool) -> None:
         """Takes over from the last stage what persists besides points, boundaries and surfaces.
