@@ -156,10 +156,9 @@ class Inertia(Term):
 
     def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledInertia:
         """As `Term.assembled`."""
-        density = self._nodal_density() if self._faces else np.zeros(0)
         ghost = [
-            (each, faces.unit, faces.which, self._ghost_mass(faces, density))
-            for each, faces in zip(elements, self._faces, strict=True)
+            (each, faces.unit, faces.which, mass)
+            for each, faces, mass in zip(elements, self._faces, self._ghost_masses(), strict=True)
         ]
         mass = ConsistentMass(self._soil, self._mass, active, ghost)
         self.in_matrix = AssembledInertia(
@@ -168,21 +167,24 @@ class Inertia(Term):
         )  # fmt: skip
         return self.in_matrix
 
-    def _nodal_density(self) -> Floats:
-        """Returns the mass by volume at the start [mass/length^3], shape (nodes,).
+    def _ghost_masses(self) -> list[Floats]:
+        """Returns the factors of the unit matrices, which have h int [du/dn] [dw/dn], by faces.
 
-        Not by today's volume, of which grains that fly may have next to nothing left.
+        With the density of the soil at all nodes of a face together: those that soil touches with
+        nothing but round-off do not matter. By its volume at the start, not today's, of which
+        grains that fly may have next to nothing left.
         """
+        if not self._faces:
+            return []
         both = np.column_stack([self._mass, self._soil.points.initial_volume])
         mass, volume = self._soil.scatter(both).T
-        return np.asarray(mass / np.maximum(volume, 1e-300))
-
-    def _ghost_mass(self, faces: Faces, density: Floats) -> Floats:
-        """Returns the factor of the unit matrix, which has h int [du/dn] [dw/dn], (faces,)."""
-        width = faces.size[:, faces.axis]
-        return np.asarray(
-            GHOST_MASS * width**2 * density[faces.node].mean(axis=1) * faces.emptiness
-        )
+        return [
+            GHOST_MASS
+            * faces.size[:, faces.axis] ** 2
+            * (mass[faces.node].sum(axis=1) / np.maximum(volume[faces.node].sum(axis=1), 1e-300))
+            * faces.emptiness
+            for faces in self._faces
+        ]
 
 
 class AssembledInertia(AssembledTerm):
