@@ -50,7 +50,7 @@ def test_quadratic_with_the_active_set_fixed(
     def watched(self: AssembledContact, displacement: Floats, blocks: Floats) -> None:
         fixed = [
             np.concatenate([each.active, each.added.ravel(), each.first_gap])
-            for each in self._supports
+            for each in self._patches
         ]
         seen.append((last[0], (states(self), np.concatenate(fixed).tolist())))
         add(self, displacement, blocks)
