@@ -85,7 +85,9 @@ def test_a_boundary_that_touches_nothing_is_named() -> None:
 
 
 def test_a_boundary_that_touches_is_not_named() -> None:
-    assert not [text for text in checked(BLOCK, BASE, LEFT).warnings if "boundary '" in text]
+    assert not [
+        text for text in checked(BLOCK, BASE, LEFT).services.warnings.texts if "boundary '" in text
+    ]
 
 
 @pytest.mark.parametrize(
@@ -126,7 +128,7 @@ def test_a_motion_that_returns_no_number(functions: str) -> None:
 
 def test_a_function_that_is_right(functions: str) -> None:
     geometry = {"type": "function", "function": f"{functions}:base"}
-    warnings = checked(BLOCK, implicit("hill", geometry, "fixed")).warnings
+    warnings = checked(BLOCK, implicit("hill", geometry, "fixed")).services.warnings.texts
     assert not [text for text in warnings if "'hill'" in text]
 
 
@@ -234,7 +236,7 @@ AGREEMENTS: dict[str, tuple[dict[str, Any], list[Any]]] = {
 @pytest.mark.parametrize("name", AGREEMENTS)
 def test_no_false_alarm(name: str) -> None:
     shape, walls = AGREEMENTS[name]
-    texts = checked(shape, *walls, steps=20).warnings
+    texts = checked(shape, *walls, steps=20).services.warnings.texts
     assert [text for text in texts if "cells wide" not in text] == []  # these are narrow
 
 
