@@ -11,13 +11,13 @@ import numpy as np
 from small_problems import dimension, plane
 
 from tilth import Model
+from tilth.algebra.border import Border
 from tilth.analysis.residual import Newton
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step import Equilibrium, solve_step
 from tilth.arrays import Floats
 from tilth.boundaries import Conditions
 from tilth.mpm.active_grid import ActiveGrid, Buffers, locate
-from tilth.mpm.bordered_matrix import Border
 from tilth.mpm.pattern import Elements
 from tilth.solvers import LinearSolver
 from tilth.terms.balance import Balance

@@ -21,11 +21,11 @@ from rigid_plate import (
 from scipy.optimize import brentq
 from small_problems import dimension
 
+from tilth.algebra.border import Border
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step import Equilibrium
 from tilth.arrays import Floats
 from tilth.mpm.active_grid import Buffers, locate
-from tilth.mpm.bordered_matrix import Border
 from tilth.solvers import SOLVERS, LinearSolver, LinearSystem, SolveFailed, linear_solver
 from tilth.terms.balance import Balance
 from tilth.terms.soil_forces import SoilForces

@@ -30,6 +30,7 @@ ROOMS = [
     "geometry surface",
     "terms solvers",
     "mpm",
+    "algebra",
     "results",
     "export",
     "plot",

@@ -10,10 +10,10 @@ from lattice_fields import edge_nodes, poisson
 from processes import run_together
 from test_schwarz import COUPLINGS, at_the_edge, grid_of
 
+from tilth.algebra.border import Border
 from tilth.arrays import Floats, Integers
 from tilth.comm import SERIAL, Communicator
 from tilth.mpm.active_grid import ActiveGrid
-from tilth.mpm.bordered_matrix import Border
 from tilth.solvers import LinearSystem
 from tilth.solvers.petsc_bordered import _rows
 

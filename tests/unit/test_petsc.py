@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from lattice_fields import ball, edge_nodes, poisson
 
+from tilth.algebra.border import Border
 from tilth.arrays import Floats
-from tilth.mpm.bordered_matrix import Border
 from tilth.solvers import LinearSystem, PetscSolver, SolveFailed, linear_solver
 from tilth.solvers.petsc import NAMES
 

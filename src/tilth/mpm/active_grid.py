@@ -26,14 +26,14 @@ from tilth.mpm.stencil import Stencil
 
 
 class Buffers:
-    """Memory and matrix pattern that steps reuse.
+    """Memory and matrix patterns that steps reuse.
 
     Arrays taken for one step are overwritten by the next.
     """
 
     def __init__(self) -> None:
         self._arrays: dict[str, Floats] = {}
-        self._pattern: Pattern | None = None
+        self._patterns: dict[str, Pattern] = {}
 
     def take(self, name: str, size: int) -> Floats:
         """Returns an array of this size, its entries undefined."""
@@ -48,11 +48,16 @@ class Buffers:
         groups: list[tuple[Integers, Shorts]],
         couplings: list[tuple[Integers, Shorts]],
         overlays: int,
+        of: str = "",
     ) -> Pattern:
-        """Returns the pattern of these nodes, groups and couplings; the last step's if equal."""
-        if self._pattern is None or not self._pattern.matches(key, groups, couplings):
-            self._pattern = Pattern(key, groups, couplings, overlays)
-        return self._pattern
+        """Returns the pattern of these nodes, groups and couplings; the last step's if equal.
+
+        of: what it is the pattern of.
+        """
+        kept = self._patterns.get(of)
+        if kept is None or not kept.matches(key, groups, couplings):
+            kept = self._patterns[of] = Pattern(key, groups, couplings, overlays)
+        return kept
 
 
 @dataclass(frozen=True)
@@ -88,6 +93,11 @@ class ActiveGrid:
     @property
     def nodes(self) -> int:
         """Number of active nodes."""
+        return len(self.key)
+
+    @property
+    def count(self) -> int:
+        """The same, as `Nodes.count`."""
         return len(self.key)
 
     @property

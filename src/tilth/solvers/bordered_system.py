@@ -13,9 +13,9 @@ from collections.abc import Callable
 
 import numpy as np
 
+from tilth.algebra.border import Border
 from tilth.arrays import Floats, Integers
 from tilth.comm import norm
-from tilth.mpm.bordered_matrix import Border
 from tilth.solvers.protocol import Matrix, SolveFailed, Solver
 from tilth.solvers.system import LinearSystem
 

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from tilth.algebra.border import Border
 from tilth.arrays import Floats
 from tilth.comm import norm
-from tilth.mpm.bordered_matrix import Border
 from tilth.solvers.bordered_system import LARGEST_CONDITION, require_regular
 from tilth.solvers.protocol import LARGEST_RESIDUAL, SolveFailed
 from tilth.solvers.system import LinearSystem

@@ -8,10 +8,10 @@ from functools import cached_property
 import numpy as np
 
 from tilth import _core
+from tilth.algebra.border import Border
 from tilth.arrays import Flags, Floats, Integers, Shorts
 from tilth.comm import inner
 from tilth.mpm.active_grid import ActiveGrid
-from tilth.mpm.bordered_matrix import Border
 from tilth.solvers.protocol import Matrix
 
 

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
+from tilth.algebra.border import Border
 from tilth.arrays import Flags, Floats
 from tilth.comm import count, norm
 from tilth.mpm.active_grid import ActiveGrid
-from tilth.mpm.bordered_matrix import Border
 from tilth.terms.motion import NodalMotion
 from tilth.terms.outcome import Outcome
 from tilth.terms.protocol import AssembledTerm, Changes, GlobalUnknowns, Role, Term, union

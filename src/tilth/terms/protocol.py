@@ -32,9 +32,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tilth.algebra.border import Border
 from tilth.arrays import Flags, Floats
 from tilth.mpm.active_grid import ActiveGrid
-from tilth.mpm.bordered_matrix import Border
 from tilth.mpm.pattern import Elements
 from tilth.terms.motion import NodalMotion
 from tilth.terms.outcome import Outcome

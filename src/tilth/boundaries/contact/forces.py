@@ -18,6 +18,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from tilth import _core
+from tilth.algebra.border import Border
 from tilth.arrays import Flags, Floats
 from tilth.boundaries.contact.approach import FIRST_OVERLAP, distance_to_soil
 from tilth.boundaries.contact.between_bodies import BodyContact
@@ -27,7 +28,6 @@ from tilth.boundaries.contact.outcome import contact_outcome
 from tilth.boundaries.contact.rigid_body import WEAK_SPRING, RigidBody
 from tilth.errors import StepFailed
 from tilth.mpm.active_grid import ActiveGrid
-from tilth.mpm.bordered_matrix import Border
 from tilth.mpm.pattern import Elements
 from tilth.terms.outcome import Outcome
 from tilth.terms.protocol import Changes, GlobalUnknowns, Role

@@ -1,0 +1,85 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Unknown functions at nodes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from tilth.algebra.nodes import Nodes
+from tilth.arrays import Flags, Floats
+
+DISPLACEMENT = "u"
+"""Name of the field that each step has: the displacement of the soil in it."""
+
+MOMENTUM = "momentum"
+"""Equation of the displacement and of members; its residual is a force."""
+
+
+@dataclass(frozen=True, eq=False)
+class Field:
+    """An unknown function at nodes.
+
+    Attributes:
+        name: under which unknowns, residuals and conditions are found; "u" is the displacement.
+        nodes: where it has values.
+        components: number of unknowns of a node.
+        equation: of which balance its residual is a part, such as "momentum"; residuals of one
+            equation have one unit, and one norm.
+        scale: of each component: unknown times scale is comparable with the other unknowns of the
+            equation, residual over scale with their residuals; shape (components,). Ones if None.
+        active: which nodes have it, shape (nodes,); all if None. Elsewhere it keeps its start.
+        start: its value at the start of the step, shape (nodes, components); 0 if None.
+    """
+
+    name: str
+    nodes: Nodes
+    components: int
+    equation: str = MOMENTUM
+    scale: Floats | None = field(default=None, repr=False)
+    active: Flags | None = field(default=None, repr=False)
+    start: Floats | None = field(default=None, repr=False)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Shape of its values."""
+        return self.nodes.count, self.components
+
+    def zero(self) -> Floats:
+        """Returns zeros of its shape."""
+        return np.zeros(self.shape)
+
+    def first(self) -> Floats:
+        """Returns its value at the start of the step, a new array."""
+        return self.zero() if self.start is None else self.start.copy()
+
+    def constrained(self, conditions: Mapping[str, Prescribed]) -> Flags:
+        """Returns which unknowns are no unknowns: prescribed, or where the field is not active."""
+        found = conditions.get(self.name)
+        held = np.zeros(self.shape, dtype=bool) if found is None else found.constrained
+        return held if self.active is None else held | ~self.active[:, None]
+
+
+class Prescribed(Protocol):
+    """What is prescribed of a field in a step."""
+
+    @property
+    def constrained(self) -> Flags:
+        """Which unknowns, shape (nodes, components)."""
+        ...
+
+    @property
+    def increment(self) -> Floats:
+        """Their change in the step, shape (nodes, components); 0 elsewhere."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class GivenValues:
+    """Prescribed values of a field, see `Prescribed`."""
+
+    constrained: Flags
+    increment: Floats

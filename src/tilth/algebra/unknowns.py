@@ -1,0 +1,50 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Values of all unknowns of a step, and vectors of the same form."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from tilth.algebra.field import DISPLACEMENT, Field
+from tilth.arrays import Floats
+
+NO_GLOBALS: Floats = np.zeros(0)
+"""Of a step without global unknowns."""
+
+
+@dataclass(frozen=True, eq=False)
+class Unknowns:
+    """Values of all fields and of the unknowns that belong to no node; or corrections, residuals.
+
+    Attributes:
+        of: by the names of the fields, shape (nodes, components) each.
+        globals: of all terms, one term after the other, shape (m,); a term is given its own.
+    """
+
+    of: Mapping[str, Floats]
+    globals: Floats = NO_GLOBALS
+
+    @property
+    def u(self) -> Floats:
+        """The displacement of the nodes in the step [length], shape (nodes, dim)."""
+        return self.of[DISPLACEMENT]
+
+    def __getitem__(self, name: str) -> Floats:
+        return self.of[name]
+
+    def with_globals(self, values: Floats) -> Unknowns:
+        """Returns the same with other global unknowns."""
+        return Unknowns(self.of, values)
+
+    def plus(self, other: Unknowns, share: float = 1.0) -> Unknowns:
+        """Returns the sum with `share` times another one."""
+        of = {name: own + share * other.of[name] for name, own in self.of.items()}
+        return Unknowns(of, self.globals + share * other.globals)
+
+
+def zero_unknowns(fields: Mapping[str, Field], count: int = 0) -> Unknowns:
+    """Returns zeros for these fields and so many global unknowns."""
+    return Unknowns({name: each.zero() for name, each in fields.items()}, np.zeros(count))
