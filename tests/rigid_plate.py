@@ -23,6 +23,7 @@ from tilth.solvers import LinearSolver
 from tilth.terms.balance import Balance
 from tilth.terms.protocol import AssembledTerm, GlobalUnknowns, Term
 from tilth.terms.soil_forces import SoilForces
+from tilth.terms.space import Space
 
 E, NU = 1000.0, 0.3
 CONSTRAINED_MODULUS = E * (1.0 - NU) / ((1.0 + NU) * (1.0 - 2.0 * NU))
@@ -54,8 +55,8 @@ class Plate(Term, GlobalUnknowns):
         self._hardening, self._force, self._unit = hardening, force, unit
         self.scale = np.array([1.0 / unit])
 
-    def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledTerm:
-        self._diagonal = active.diagonal
+    def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledTerm:
+        self._diagonal = space.active.diagonal
         return self
 
     def _shortening(self, displacement: Floats, unknowns: Floats) -> Floats:

@@ -17,7 +17,6 @@ from tilth.arrays import Floats
 from tilth.model import BodyForce, Model
 from tilth.mpm.active_grid import Buffers, locate
 from tilth.mpm.points import MaterialPoints
-from tilth.terms.balance import Balance
 from tilth_verification.carried import carried
 from tilth_verification.cases import example, varied
 from tilth_verification.closed_forms import Heave
@@ -104,8 +103,8 @@ def _errors_at_start(simulation: Simulation, before: MaterialPoints) -> tuple[fl
     before: the points at the end of the last stage.
     """
     step = simulation.prepare(0.0, 0.0)
-    balance = Balance(step.active, simulation.terms(step, simulation.soil_on(step.active)))
-    residual = balance.forces(np.zeros(step.active.position.shape)).residual
+    balance = simulation.balance(step, simulation.soil_on(step.active))
+    residual = balance.evaluate(balance.at(np.zeros(step.active.position.shape))).u
     free = ~step.conditions.constrained
     released = np.zeros(free.shape)
     place = simulation.state.released.position

@@ -27,15 +27,16 @@ from tilth import Model
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_terms import TERMS
 from tilth.arrays import Floats
+from tilth.algebra.unknowns import Unknowns
 from tilth.model.load_curve import LoadCurve
-from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.pattern import Elements
 from tilth.terms.balance import Balance
 from tilth.terms.drag import Drag
 from tilth.terms.outcome import Outcome
-from tilth.terms.protocol import AssembledTerm, Term
+from tilth.terms.protocol import AssembledTerm, DisplacementTerm, Term
 from tilth.terms.released import Release, ReleasedForces
 from tilth.terms.soil_forces import SoilForces
+from tilth.terms.space import Space
 
 every_kind = pytest.mark.parametrize("kind", KINDS)
 
@@ -191,7 +192,7 @@ def test_steps_of_waves(kind: str) -> None:
 # terms that do change
 
 
-class Ratchet(Term, AssembledTerm):
+class Ratchet(Term, DisplacementTerm):
     """Springs on all nodes, stiffer each time after one of its methods was called."""
 
     label = "ratchet"
@@ -207,8 +208,8 @@ class Ratchet(Term, AssembledTerm):
 
         setattr(self, method, turned)
 
-    def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledTerm:
-        self._diagonal = active.diagonal
+    def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledTerm:
+        self._diagonal = space.active.diagonal
         return self
 
     def force(self, displacement: Floats) -> Floats:
@@ -218,7 +219,7 @@ class Ratchet(Term, AssembledTerm):
         for k in range(displacement.shape[1]):
             blocks[self._diagonal, k, k] += self._stiffness
 
-    def outcome(self, displacement: Floats) -> Outcome | None:
+    def outcome(self, x: Unknowns) -> Outcome | None:
         return None
 
 

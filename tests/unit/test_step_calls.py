@@ -14,13 +14,14 @@ from newton_problems import leaning_block, pressed_block
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_terms import TERMS
 from tilth.arrays import Floats
+from tilth.algebra.unknowns import Unknowns
 from tilth.errors import StepFailed
-from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.pattern import Elements
-from tilth.terms.protocol import AssembledTerm, Term
+from tilth.terms.protocol import AssembledTerm, DisplacementTerm, Term
+from tilth.terms.space import Space
 
 
-class Listener(Term, AssembledTerm):
+class Listener(Term, DisplacementTerm):
     """A term without force that notes what it is told, and where: still or moved.
 
     Attributes:
@@ -34,12 +35,12 @@ class Listener(Term, AssembledTerm):
         self.heard: list[tuple[str, bool]] = []
         self.refuses = False
 
-    def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledTerm:
+    def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledTerm:
         return self
 
-    def begin(self, displacement: Floats, unknowns: Floats) -> None:
-        assert unknowns.shape == (0,)
-        self.heard.append(("begin", bool(displacement.any())))
+    def begin(self, x: Unknowns) -> None:
+        assert x.globals.shape == (0,)
+        self.heard.append(("begin", bool(x.u.any())))
 
     def force(self, displacement: Floats) -> Floats:
         self.heard.append(("force", bool(displacement.any())))

@@ -3,14 +3,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
 
 from tilth.algebra.nodes import Nodes
-from tilth.arrays import Flags, Floats
+from tilth.arrays import Flags, Floats, Integers
 
 DISPLACEMENT = "u"
 """Name of the field that each step has: the displacement of the soil in it."""
@@ -33,6 +33,7 @@ class Field:
             equation, residual over scale with their residuals; shape (components,). Ones if None.
         active: which nodes have it, shape (nodes,); all if None. Elsewhere it keeps its start.
         start: its value at the start of the step, shape (nodes, components); 0 if None.
+        prescribed: what conditions prescribe of it in the step; nothing if None.
     """
 
     name: str
@@ -42,6 +43,7 @@ class Field:
     scale: Floats | None = field(default=None, repr=False)
     active: Flags | None = field(default=None, repr=False)
     start: Floats | None = field(default=None, repr=False)
+    prescribed: Prescribed | None = field(default=None, repr=False)
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -56,11 +58,27 @@ class Field:
         """Returns its value at the start of the step, a new array."""
         return self.zero() if self.start is None else self.start.copy()
 
-    def constrained(self, conditions: Mapping[str, Prescribed]) -> Flags:
-        """Returns which unknowns are no unknowns: prescribed, or where the field is not active."""
-        found = conditions.get(self.name)
-        held = np.zeros(self.shape, dtype=bool) if found is None else found.constrained
+    @property
+    def owned(self) -> slice | Integers:
+        """The nodes that this process owns."""
+        return self.nodes.owned
+
+    def over_scale(self, residual: Floats) -> Floats:
+        """Returns a residual over the scale of its components, (nodes, components)."""
+        return residual if self.scale is None else residual / self.scale
+
+    @cached_property
+    def constrained(self) -> Flags:
+        """Which unknowns are none: prescribed, or where the field is not active, as `shape`."""
+        held = np.zeros(self.shape, dtype=bool)
+        if self.prescribed is not None:
+            held = held | self.prescribed.constrained
         return held if self.active is None else held | ~self.active[:, None]
+
+    @cached_property
+    def increment(self) -> Floats:
+        """Prescribed change of the unknowns in the step, 0 where none is, as `shape`."""
+        return self.zero() if self.prescribed is None else self.prescribed.increment
 
 
 class Prescribed(Protocol):

@@ -4,15 +4,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from tilth.algebra.field import DISPLACEMENT, Field
 from tilth.arrays import Floats
-
-NO_GLOBALS: Floats = np.zeros(0)
-"""Of a step without global unknowns."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +22,7 @@ class Unknowns:
     """
 
     of: Mapping[str, Floats]
-    globals: Floats = NO_GLOBALS
+    globals: Floats = field(default_factory=lambda: np.zeros(0))
 
     @property
     def u(self) -> Floats:

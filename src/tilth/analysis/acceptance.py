@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from tilth.algebra.unknowns import Unknowns
 from tilth.analysis.run_warnings import RunWarnings
 from tilth.analysis.services import Services
 from tilth.analysis.state import State
@@ -29,7 +30,7 @@ def require_acceptable(
     timers: Timers,
     step: PreparedStep,
     balance: Balance,
-    displacement: Floats,
+    x: Unknowns,
     moved: Floats,
     is_least: bool,
 ) -> tuple[list[Any], float]:
@@ -48,11 +49,11 @@ def require_acceptable(
     with together(state.comm):
         state.grid.require_inside(position, points.point_id)
         require_short_motion(state.body_contacts, motions)
-        checked = balance.check(displacement)
+        checked = balance.check(x)
     possible = math.inf
     if state.dynamics is not None:
         cells = state.grid.sizes_at(points.position)
-        possible, reason = state.dynamics.possible_size(balance, displacement, moved, cells)
+        possible, reason = state.dynamics.possible_size(balance, x.u, moved, cells)
         state.dynamics.require_accurate(possible, reason)
     if state.implicit and not is_least:
         touching, contacts = state.contact_surfaces, step.constraints.contacts

@@ -13,10 +13,9 @@ from tilth.analysis.services import Services
 from tilth.analysis.setup import InStep, Setup
 from tilth.analysis.state import State
 from tilth.analysis.step_result import StepResult, result_of
-from tilth.analysis.step_terms import terms_of
+from tilth.analysis.step_terms import balance_of, terms_of
 from tilth.errors import StepFailed
 from tilth.mpm.interval import Interval
-from tilth.terms.balance import Balance
 from tilth.terms.drag import Drag
 
 
@@ -47,20 +46,21 @@ def advance(
     step = prepare(setup, state, services, before, after)
     interval = Interval(before, setup.model.stage.start + before, after - before)
     soil = soil_on(step.active, setup, state, services, interval)
-    terms, drag = terms_of(InStep(setup, state, step, soil), timers), None
+    of = InStep(setup, state, step, soil)
+    terms, drag = terms_of(of, timers), None
     creeps = is_short or (setup.has_friction and step.driven > 0.0)
     if creeps and state.dynamics is None and state.relaxation is None:
         drag = Drag.of(soil)
         terms.insert(-1, drag)
     with timers.measure("basis"):  # for this includes the matrix's pattern
-        balance = Balance(step.active, terms)
-    services.observer.prepared(soil, balance, step.conditions.constrained)
+        balance = balance_of(of, terms)
+    services.observer.prepared(soil, balance)
     equilibrium = solve(setup, state, services, step, soil, balance, on_iteration, drag)
     displacement = equilibrium.displacement
     moved = soil.interpolate(displacement)
     try:
         checked, possible = require_acceptable(
-            state, timers, step, balance, displacement, moved, is_least
+            state, timers, step, balance, equilibrium.x, moved, is_least
         )
     except StepFailed as failure:
         failure.residuals = equilibrium.residuals
@@ -68,7 +68,7 @@ def advance(
     move_surfaces(state, services.warnings, balance.active, displacement, moved)
     with timers.measure("boundaries"):
         result = result_of(step, balance, equilibrium, state.kept_contact, state.kept_ghost)
-    balance.commit(displacement, checked)
+    balance.commit(equilibrium.x, checked)
     state.waves.commit(before, after)
     for pair in state.body_contacts:
         pair.begin()
@@ -95,11 +95,11 @@ def begin_motion(setup: Setup, state: State, services: Services, time: float, si
         step = prepare(setup, state, services, time, time)
         soil = soil_on(step.active, setup, state, services)
         of = InStep(setup, state, step, soil)
-        balance = Balance(step.active, terms_of(of, services.timers))
+        balance = balance_of(of, terms_of(of, services.timers), holds_others=True)
         taken, unbalanced = state.waves.take_over(step, soil, balance)
         if taken:
             services.warnings.not_at_rest(unbalanced)
-            balance = Balance(step.active, terms_of(of, services.timers))
+            balance = balance_of(of, terms_of(of, services.timers), holds_others=True)
         if setup.model.stage.releases:
             dynamics.begun = True
             return

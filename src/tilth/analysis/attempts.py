@@ -14,10 +14,11 @@ from itertools import zip_longest
 
 import numpy as np
 
+from tilth.algebra.field import DISPLACEMENT
 from tilth.analysis.creep import crept_to_rest
 from tilth.analysis.observer import Search
 from tilth.analysis.predictor import Predictor
-from tilth.analysis.residual import Newton, Residual, most_patient
+from tilth.analysis.residual import Equations, Guess, Newton, most_patient
 from tilth.analysis.run_warnings import JUMP, NO_JUMP, RunWarnings
 from tilth.analysis.services import Services
 from tilth.analysis.setup import Setup
@@ -70,36 +71,34 @@ def solve(
             guess = step.active.updated(guess)
             explained = explained_motion(step, guess)
 
-    def solved(
-        newton: Newton,
-        guess: Floats | None,
-        unknowns: Floats | None = None,
-        search: Search = Search.STEP,
-    ) -> Equilibrium:
+    def solved(newton: Newton, guess: Guess | None, search: Search = Search.STEP) -> Equilibrium:
         with services.observer.solving(newton, guess, search):
-            return solve_step(
-                balance, step.conditions, services, newton, guess, on_iteration, unknowns
-            )
+            return solve_step(balance, services, newton, guess, on_iteration)
+
+    def from_displacement(newton: Newton, guess: Floats | None) -> Equilibrium:
+        return solved(newton, None if guess is None else Guess({DISPLACEMENT: guess}))
 
     yields = drag is not None and setup.has_friction
     resting = predictor if state.contact_surfaces and not yields else None
     tries, later = attempts_from(guess, attempts, yields, again=resting is None)
     try:
-        return solve_in_attempts(tries, solved, step, balance, explained, resting, warnings)
+        return solve_in_attempts(
+            tries, from_displacement, step, balance, explained, resting, warnings
+        )
     except StepFailed as failure:
         if drag is None:
             raise
         balance.restart(Changes.USUAL)
-        conditions, newton = step.conditions, attempts[0]
+        newton = attempts[0]
         if step.driven > 0.0:
             newton = most_patient(newton)
         begun = 0.0 if guess is None or not yields else guess
+        conditions = step.conditions
         start = np.where(conditions.constrained, conditions.increment, begun)
-        residual = Residual(balance, conditions.constrained)
 
-        def crept(newton: Newton, guess: Floats, unknowns: Floats | None) -> Equilibrium:
+        def crept(newton: Newton, guess: Guess) -> Equilibrium:
             search = Search.CREEPING if np.isfinite(drag.size) else Search.REST
-            return solved(newton, guess, unknowns, search)
+            return solved(newton, guess, search)
 
         found = crept_to_rest(
             step,
@@ -109,8 +108,8 @@ def solve(
             crept,
             drag,
             newton,
-            start,
-            residual,
+            Guess({DISPLACEMENT: start}),
+            Equations(balance),
             failure.reason,
         )  # fmt: skip
         if found is not None:
@@ -118,7 +117,7 @@ def solve(
         if not later:
             raise
     balance.restart(later[0][0].changes)
-    return solve_in_attempts(later, solved, step, balance, None, None, warnings)
+    return solve_in_attempts(later, from_displacement, step, balance, None, None, warnings)
 
 
 def attempts_from(

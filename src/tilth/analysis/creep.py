@@ -22,11 +22,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from tilth.analysis.residual import Newton, Refinement, Residual
+from tilth.analysis.residual import Equations, Guess, Newton, Refinement
 from tilth.analysis.run_warnings import RunWarnings
 from tilth.analysis.step import Equilibrium
 from tilth.analysis.step_result import PreparedStep
-from tilth.arrays import Floats
 from tilth.errors import StepFailed
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.soil import Soil
@@ -64,9 +63,8 @@ FALLING, PATIENCE = 1e-4, 6
 """Share of the forces that are not in equilibrium, with which soil may go on to fall beside what
 drives it [-], and the number of pseudo-steps that it has to do so."""
 
-Solve = Callable[[Newton, Floats, Floats | None], Equilibrium]
-"""Solves the balance by Newton's iteration from a displacement (nodes, dim) and global unknowns
-(m,), None for those at the start of the step; raises `StepFailed`."""
+Solve = Callable[[Newton, Guess], Equilibrium]
+"""Solves the balance by Newton's iteration from a guess; raises `StepFailed`."""
 
 
 @dataclass(frozen=True)
@@ -91,19 +89,18 @@ def creep(
     solve: Solve,
     drag: Drag,
     newton: Newton,
-    residual: Residual,
-    displacement: Floats,
-    unknowns: Floats | None,
+    equations: Equations,
+    guess: Guess,
     soil: Soil,
 ) -> Iterator[Crept]:
-    """Lets the soil creep from a displacement (nodes, dim) and global unknowns (m,).
+    """Lets the soil creep from where it is.
 
     Args:
         solve: the balance with the drag.
         drag: its stiffness is set.
         newton: the iteration for the equilibrium without drag.
-        residual: of the balance.
-        displacement, unknowns: where the soil is: in equilibrium with another load or strength.
+        equations: of the balance.
+        guess: where the soil is: in equilibrium with another load or strength.
         soil: that creeps.
 
     Yields:
@@ -115,29 +112,29 @@ def creep(
     size, rest, tolerance = 1.0, REST, TOLERANCE
     try:
         for number in range(PSEUDO_STEPS):
-            drag.before, drag.size = displacement, size
+            drag.before, drag.size = guess.u, size
             loose = replace(newton, tolerance=max(tolerance, newton.tolerance), refinement=some)
             try:
-                found = solve(loose, displacement, unknowns)
+                found = solve(loose, guess)
             except StepFailed:
                 size *= CUT
                 if size < LEAST_SIZE:
                     return
                 continue
-            displacement, unknowns = found.displacement, found.global_unknowns
+            guess = Guess(found.x.of, found.x.globals)
             if number >= CIRCLING:
-                soil.flow(displacement)
+                soil.flow(found.displacement)
             if found.iterations <= EASY:
                 size *= GROWTH
             drag.size = np.inf
-            borne = residual.at(displacement, unknowns).relative
+            borne = equations.at(found.x).relative
             tolerance = min(TOLERANCE, TIGHTER * borne)
             yield Crept(found, borne)
             if borne > rest:
                 continue
             rest = LATER_REST * borne
             try:
-                at_rest = solve(last, displacement, unknowns)
+                at_rest = solve(last, guess)
             except StepFailed:
                 continue
             yield Crept(at_rest, 0.0)
@@ -154,8 +151,8 @@ def crept_to_rest(
     solve: Solve,
     drag: Drag,
     newton: Newton,
-    displacement: Floats,
-    residual: Residual,
+    guess: Guess,
+    equations: Equations,
     reason: str,
 ) -> Equilibrium | None:
     """Returns the equilibrium to which the soil creeps in a step; None if it does not come to rest.
@@ -169,8 +166,8 @@ def crept_to_rest(
         own: the points that this process owns.
         warnings: of the run.
         solve, drag, newton: see `creep`.
-        displacement: of the nodes to begin with, prescribed motion included [length], (nodes, dim).
-        residual: of the balance.
+        guess: where it begins, with what is prescribed.
+        equations: of the balance.
         reason: why Newton's iteration failed.
     """
     comm, owned = soil.active.comm, soil.active.owned
@@ -189,7 +186,7 @@ def crept_to_rest(
     most = LARGEST_SLUMP if driven > 0.0 else LARGEST_CREEP
     bound = driven + most * float(step.active.grid.cell_size.min())
     slow = 0
-    for each in creep(solve, drag, newton, residual, displacement, None, soil):
+    for each in creep(solve, drag, newton, equations, guess, soil):
         if each.at_rest:
             warnings.crept(reason, step.after)
             return each.found

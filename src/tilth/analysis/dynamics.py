@@ -125,7 +125,7 @@ class Dynamics:
         after, motion = balance.motion.after(found.displacement), soil.points.motion
         acceleration = soil.interpolate(after.acceleration) - self._damping * motion[:, 0]
         motion[:, 1] = motion[:, 2] = acceleration
-        balance.start(found.global_unknowns, size)
+        balance.start(found.x.globals, size)
         self.begun = True
 
     @staticmethod

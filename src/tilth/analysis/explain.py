@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tilth.algebra.field import DISPLACEMENT
 from tilth.analysis.asked_step import AskedStep
 from tilth.analysis.explained import (
     HELD,
@@ -29,7 +30,7 @@ from tilth.analysis.explained import (
 )
 from tilth.analysis.motions import force_unit
 from tilth.analysis.observer import Observer, Search
-from tilth.analysis.residual import Iterate, Newton, nearest_point
+from tilth.analysis.residual import Guess, Iterate, Newton, nearest_point
 from tilth.arrays import Flags, Floats
 from tilth.errors import BadInput, TilthError
 from tilth.model import Model
@@ -45,7 +46,6 @@ class _Watched:
 
     soil: Soil
     balance: Balance
-    constrained: Flags
     position: Floats
     half_length: Floats
     forces: list[Floats] | None = None
@@ -142,15 +142,15 @@ class Explanation(Observer):
             self._attempt.drop_all_but_telling()
             self._attempt = self._watched = None
 
-    def prepared(self, soil: Soil, balance: Balance, constrained: Flags) -> None:
+    def prepared(self, soil: Soil, balance: Balance) -> None:
         """As `Observer.prepared`."""
         if self._attempt is not None:
             balance.keep_forces()
             place, half = soil.points.position.copy(), soil.points.half_length.copy()
-            self._watched = _Watched(soil, balance, constrained, place, half)
+            self._watched = _Watched(soil, balance, place, half)
 
     @contextmanager
-    def solving(self, newton: Newton, guess: Floats | None, search: Search) -> Iterator[None]:
+    def solving(self, newton: Newton, guess: Guess | None, search: Search) -> Iterator[None]:
         """As `Observer.solving`."""
         if self._attempt is None or self._watched is None:
             yield
@@ -171,10 +171,11 @@ class Explanation(Observer):
             return
         watched, solve = self._watched, self._attempt.solves[-1]
         active = watched.balance.active
-        free = np.where(watched.constrained, 0.0, -state.forces.residual)
+        held = watched.balance.fields[DISPLACEMENT].constrained
+        free = np.where(held, 0.0, -state.residual.u)
         kept = watched.balance.kept
         assert kept is not None
-        reaction = np.where(watched.constrained, state.forces.residual, 0.0)
+        reaction = np.where(held, state.residual.u, 0.0)
         forces = [*(-each for each in kept), reaction]
         labels = [*(label_of(term) for term in watched.balance.terms), HELD]
         size = np.linalg.norm(free, axis=1)
@@ -209,7 +210,7 @@ class Explanation(Observer):
         """Returns which points are in contact and slide, surface by surface, and their numbers."""
         balance = watched.balance
         terms = [*balance.of_role(Role.CONTACT), *balance.of_role(Role.BETWEEN_BODIES)]
-        outcomes = [each.outcome(state.displacement) for each in terms]
+        outcomes = [each.outcome(state.x) for each in terms]
         surfaces = [each.contact for each in outcomes if each is not None and each.contact]
         now, counts = [], []
         for number, surface in enumerate(surfaces):
@@ -266,7 +267,7 @@ def _of_term(label: str, force: Floats, free: Floats, node: int) -> TermForces:
 
 def _of_bodies(balance: Balance, state: Iterate) -> dict[str, float]:
     """Returns the residuals of the equations of terms with global unknowns [force], by label."""
-    residuals = balance.unknowns(state.forces.global_residual)
+    residuals = balance.of_bodies(state.residual.globals)
     return {
         label_of(term): float(np.linalg.norm(own / term.scale))
         for term, own in residuals

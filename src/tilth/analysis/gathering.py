@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tilth.algebra.field import DISPLACEMENT
+from tilth.algebra.unknowns import Unknowns
 from tilth.analysis.owners import state_of
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.state import State
@@ -135,9 +137,9 @@ def whole_result(result: StepResult) -> StepResult:
     found = result.equilibrium
     equilibrium = replace(
         found,
-        displacement=nodal(found.displacement),
+        x=Unknowns({DISPLACEMENT: nodal(found.displacement)}, found.x.globals),
         load=nodal(found.load),
-        reaction=nodal(found.reaction),
+        reactions={DISPLACEMENT: nodal(found.reaction)},
         initial_reaction=nodal(found.initial_reaction),
     )
     return replace(

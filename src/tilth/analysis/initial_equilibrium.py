@@ -14,11 +14,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tilth.algebra.field import DISPLACEMENT, MOMENTUM
 from tilth.analysis.attempts import solve
-from tilth.analysis.residual import ITERATIONS_BEFORE_ROUND_OFF, Iterate, Newton, Residual
+from tilth.analysis.residual import ITERATIONS_BEFORE_ROUND_OFF, Equations, Iterate, Newton
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.state import State
-from tilth.analysis.step import Equilibrium
+from tilth.analysis.step import Equilibrium, reactions_at
 from tilth.analysis.step_result import PreparedStep, StepResult, result_of
 from tilth.arrays import Floats
 from tilth.boundaries.contact.rigid_body import RigidBody
@@ -32,7 +33,8 @@ from tilth.mpm.pattern import Elements
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.soil import Soil
 from tilth.terms.balance import Balance
-from tilth.terms.protocol import AssembledTerm, Term
+from tilth.terms.protocol import AssembledTerm, DisplacementTerm, Term
+from tilth.terms.space import Space
 from tilth.variation.tables import place_text
 
 RESIDUAL = 1e-8
@@ -151,7 +153,7 @@ def find_initial_equilibrium(
     )
 
 
-class _Withheld(Term, AssembledTerm):
+class _Withheld(Term, DisplacementTerm):
     """The part of the unbalanced force that is not applied yet.
 
     Attributes:
@@ -161,7 +163,7 @@ class _Withheld(Term, AssembledTerm):
     def __init__(self, active: ActiveGrid) -> None:
         self.withheld: Floats = np.zeros((active.nodes, active.grid.dim))
 
-    def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledTerm:
+    def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledTerm:
         return self
 
     def force(self, displacement: Floats) -> Floats:
@@ -208,24 +210,24 @@ class _Search:
             step = simulation.prepare(0.0, 0.0)
             soil = simulation.soil_on(step.active)
             withheld = _Withheld(step.active)
-            balance = Balance(step.active, [*simulation.terms(step, soil), withheld])
+            balance = simulation.balance(step, soil, [withheld])
             if not self._is_down:
                 self._is_down = True
                 if balance.come_down():
                     continue
             constrained = step.conditions.constrained
-            residual = Residual(balance, constrained)
+            equations = Equations(balance)
             zero = np.zeros_like(step.conditions.increment)
             try:
-                now = residual.at(zero, np.zeros_like(balance.global_scale))
+                now = equations.at(balance.at(zero))
             except StepFailed as failure:
                 raise self._failed(failure) from failure
             if first:
                 self.first_residual, first = now.relative, False
-            if self._settled(residual, now):
+            if self._settled(equations, now):
                 return _result_at_rest(simulation.state, step, balance, now), now.relative
             share = self._share()
-            unbalanced = np.where(constrained, 0.0, now.forces.residual)
+            unbalanced = np.where(constrained, 0.0, now.residual.u)
             withheld.withheld = (1.0 - share) * unbalanced
             try:
                 self._load_bodies(1.0 - (1.0 - share) * self._left)
@@ -233,7 +235,7 @@ class _Search:
             except StepFailed as failure:
                 self._cut(failure)
                 continue
-            self._accept(share, residual, now)
+            self._accept(share, equations, now)
 
     def _load_bodies(self, share: float) -> None:
         """Lets a share of the forces on the rigid bodies act, but for those that move freely."""
@@ -253,9 +255,9 @@ class _Search:
             and (body.is_moving or not any(c.touches for c in contacts if c.boundary.body is body))
         ]
 
-    def _settled(self, residual: Residual, now: Iterate) -> bool:
+    def _settled(self, equations: Equations, now: Iterate) -> bool:
         simulation, last = self._simulation, self._last_residual
-        loaded = simulation.state.comm.max(float(now.forces.load.any())) > 0.0
+        loaded = simulation.state.comm.max(float(now.residual.load.any())) > 0.0
         if self._left == 1.0 and self._size < 1.0 and loaded:
             return now.relative == 0.0  # gravity loading has not begun
         self._last_residual = now.relative
@@ -263,7 +265,8 @@ class _Search:
         if now.relative > 0.5 * last and self._left == 0.0:
             wanted = RESIDUAL  # it does not become less
         late = ITERATIONS_BEFORE_ROUND_OFF if self.parts else 0
-        return residual.balanced(now, Newton(wanted, 0, False, simulation.setup.round_off), late)
+        newton = Newton(wanted, 0, False, {MOMENTUM: simulation.setup.round_off})
+        return equations.balanced(now, newton, late)
 
     def _share(self) -> float:
         """Returns the part of the force still unbalanced that is applied next."""
@@ -281,22 +284,22 @@ class _Search:
         )  # fmt: skip
         self.iterations += equilibrium.iterations
         with together(simulation.state.comm):
-            checked = balance.check(equilibrium.displacement)
+            checked = balance.check(equilibrium.x)
         points = simulation.state.points
         kept = {name: getattr(points, name).copy() for name in _KEPT}
         if self._left == 0.0:
             kept["elastic_share"] = points.elastic_share.copy()
         places = [body.place_now() for body in simulation.state.bodies]
-        balance.commit(equilibrium.displacement, checked)
+        balance.commit(equilibrium.x, checked)
         put_back(points, kept)
         for body, place in zip(simulation.state.bodies, places, strict=True):
             body.put_back(place)
 
-    def _accept(self, share: float, residual: Residual, before: Iterate) -> None:
+    def _accept(self, share: float, equations: Equations, before: Iterate) -> None:
         if self._left == 0.0:
             self.corrections += 1
             if self.corrections > MOST_CORRECTIONS:
-                point = residual.worst_point(before)
+                point = equations.worst_point(before)
                 reason = f"the residual of the undisplaced soil stays at {before.relative:.1e}"
                 raise self._failed(StepFailed(reason, point=point))
         else:
@@ -337,10 +340,9 @@ class _Search:
 
 def _result_at_rest(state: State, step: PreparedStep, balance: Balance, now: Iterate) -> StepResult:
     """Returns the forces on soil that does not move, from its state without displacement."""
-    constrained = step.conditions.constrained
-    reaction = np.where(constrained, now.forces.residual, 0.0)
-    zero = np.zeros_like(step.conditions.increment)
-    still = Equilibrium(zero, now.forces.load, reaction, reaction, [now.relative], now.unknowns)
+    reactions = reactions_at(balance, now)
+    reaction = reactions[DISPLACEMENT]
+    still = Equilibrium(now.x, now.residual.load, reactions, reaction, [now.relative])
     return result_of(step, balance, still, state.kept_contact, state.kept_ghost)
 
 
@@ -351,10 +353,9 @@ def forces_at_rest(simulation: Simulation) -> StepResult:
         StepFailed: they cannot be computed.
     """
     step = simulation.prepare(0.0, 0.0)
-    balance = Balance(step.active, simulation.terms(step, simulation.soil_on(step.active)))
-    residual = Residual(balance, step.conditions.constrained)
+    balance = simulation.balance(step, simulation.soil_on(step.active))
     zero = np.zeros_like(step.conditions.increment)
-    now = residual.at(zero, np.zeros_like(balance.global_scale))
+    now = Equations(balance).at(balance.at(zero))
     return _result_at_rest(simulation.state, step, balance, now)
 
 

@@ -7,8 +7,7 @@ from contextlib import AbstractContextManager, nullcontext
 from enum import Enum, auto
 from typing import Final
 
-from tilth.analysis.residual import Iterate, Newton
-from tilth.arrays import Flags, Floats
+from tilth.analysis.residual import Guess, Iterate, Newton
 from tilth.model import Model
 from tilth.mpm.soil import Soil
 from tilth.terms.balance import Balance
@@ -44,21 +43,20 @@ class Observer:
         """
         return nullcontext()
 
-    def prepared(self, soil: Soil, balance: Balance, constrained: Flags) -> None:
+    def prepared(self, soil: Soil, balance: Balance) -> None:
         """Is shown the terms of the attempt; what is shown may not be changed.
 
         Args:
             soil: on the grid of the step.
             balance: of the step, whose forces may be kept.
-            constrained: prescribed degrees of freedom, shape (nodes, dim).
         """
 
     def solving(
-        self, newton: Newton, guess: Floats | None, search: Search
+        self, newton: Newton, guess: Guess | None, search: Search
     ) -> AbstractContextManager[None]:
         """Surrounds one iteration of Newton's method; an error that leaves it is its failure.
 
-        newton: its settings. guess: nodal displacement to begin with, (nodes, dim), or None for 0.
+        newton: its settings. guess: where it begins; None for the start of the step.
         search: what it looks for.
         """
         return nullcontext()

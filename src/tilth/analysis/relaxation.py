@@ -189,7 +189,8 @@ class Relaxation:
         self, balance: Balance, displacement: Floats, moved: Floats, cell_size: Floats
     ) -> tuple[float, str]:
         """As `Dynamics.possible_size`."""
-        forces = [term.force(displacement) for term in balance.of_role(Role.INERTIA)]
+        x = balance.at(displacement)
+        forces = [term.evaluate(x).u for term in balance.of_role(Role.INERTIA)]
         self._norm = sum(balance.active.norm(each) for each in forces)
         most = balance.comm.max(float(np.abs(moved / cell_size).max()))
         return LARGEST_MOTION / max(most, 1e-300), "the soil moves too far in the step"

@@ -1,19 +1,22 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The residual of a load step: its size relative to the forces, and what counts as balanced."""
+"""The equations of a load step: the size of their residuals, and what counts as balanced."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from enum import Enum, auto
 
 import numpy as np
 
-from tilth.arrays import Flags, Floats
+from tilth.algebra.field import DISPLACEMENT, MOMENTUM, Field
+from tilth.algebra.unknowns import Unknowns
+from tilth.arrays import Floats
 from tilth.comm import norm, together
 from tilth.model import Analysis
 from tilth.mpm.active_grid import ActiveGrid
-from tilth.terms.balance import Balance, Forces
+from tilth.terms.balance import Balance, Residual
 from tilth.terms.protocol import Changes
 
 ITERATIONS_BEFORE_ROUND_OFF = 3
@@ -44,7 +47,8 @@ class Newton:
         line_search: whether steps that do not reduce the residual are shortened.
         takes_best: whether the line search tries shorter ones too, and takes the best of all if
             none reduces the residual.
-        round_off: residual [force] that round-off alone explains; it always counts as converged.
+        round_off: residual that round-off alone explains, by equation, in its unit; it always
+            counts as converged.
         refinement: of the terms at its solutions, see `AssembledTerm.refine`.
         changes: how terms change what they fix, as which points are active in contact.
     """
@@ -52,36 +56,85 @@ class Newton:
     tolerance: float
     maximum_iterations: int
     line_search: bool
-    round_off: float
+    round_off: Mapping[str, float]
     refinement: Refinement = Refinement.NONE
     changes: Changes = Changes.USUAL
     takes_best: bool = False
 
 
 @dataclass(frozen=True)
+class Size:
+    """How large the residual of one equation is, in its unit.
+
+    Attributes:
+        free: norm of the residual over the scale of its fields, on the free degrees of freedom,
+            and of the global unknowns' equations over their scale.
+        of_forces: the largest norm of its sums of terms and of what holds the rest.
+    """
+
+    free: float
+    of_forces: float
+
+    @property
+    def relative(self) -> float:
+        """The residual over the forces [-]."""
+        # without stress the only force is that of an implicit boundary that begins to move
+        return self.free / self.of_forces if self.of_forces > 0.0 else float(self.free > 0.0)
+
+
+@dataclass(frozen=True, eq=False)
 class Iterate:
     """Unknowns that Newton's iteration has come to.
 
     Attributes:
-        displacement: of the nodes in the step [length], shape (nodes, dim).
-        unknowns: increments of the global unknowns in the step, shape (m,).
-        forces: there.
-        free: norm of the residual on the free degrees of freedom and of the global unknowns'
-            equations over their scale [force].
-        relative: the same over the size of the forces [-].
+        x: the unknowns.
+        residual: there.
+        sizes: of the residual, by equation.
+        merit: what a correction should lower: the residual [force]; with several equations the
+            root of the sum of their squares, each over the forces at the first iterate [-].
     """
 
-    displacement: Floats
-    unknowns: Floats
-    forces: Forces
-    free: float
-    relative: float
+    x: Unknowns
+    residual: Residual
+    sizes: Mapping[str, Size]
+    merit: float
+
+    @property
+    def relative(self) -> float:
+        """The largest of the equations' residuals over their forces [-]."""
+        return max(each.relative for each in self.sizes.values())
+
+    @property
+    def free(self) -> float:
+        """Norm of the residual of the displacement's equation [force]."""
+        return self.sizes[MOMENTUM].free
 
 
-def newton_attempts(analysis: Analysis, round_off: float, contact: bool) -> list[Newton]:
+@dataclass(frozen=True, eq=False)
+class Guess:
+    """Where an iteration begins.
+
+    Attributes:
+        of: values of fields at the end of the step, by their names; at its start where not given.
+        of_globals: increments of the global unknowns, shape (m,), those of an equilibrium near by;
+            None for those at the start of the step.
+    """
+
+    of: Mapping[str, Floats]
+    of_globals: Floats | None = None
+
+    @property
+    def u(self) -> Floats:
+        """Nodal displacement of the step [length], shape (nodes, dim)."""
+        return self.of[DISPLACEMENT]
+
+
+def newton_attempts(
+    analysis: Analysis, round_off: Mapping[str, float], contact: bool
+) -> list[Newton]:
     """Returns how a step is tried, one after the other: with a line search if it fails without.
 
-    round_off: residual that counts as zero [force]. contact: whether soil can separate from
+    round_off: residual that counts as zero, by equation. contact: whether soil can separate from
         something; then the step is tried twice more, see `Changes` and `AssembledContact`.
     """
     plain = Newton(
@@ -105,48 +158,76 @@ def most_patient(newton: Newton) -> Newton:
     )
 
 
-class Residual:
-    """The residual as a function of displacement and global unknowns.
+class Equations:
+    """The equations of all fields and global unknowns as functions of these.
 
-    Args:
-        balance: all terms of the step.
-        constrained: prescribed degrees of freedom, shape (nodes, dim).
+    balance: all terms of the step, with its fields.
     """
 
-    def __init__(self, balance: Balance, constrained: Flags) -> None:
-        self._balance, self._constrained = balance, constrained
+    def __init__(self, balance: Balance) -> None:
+        self.balance = balance
+        self._fields: dict[str, list[Field]] = {}
+        for each in balance.fields.values():
+            self._fields.setdefault(each.equation, []).append(each)
+        self._first: dict[str, float] = {}  # of the forces, by equation
 
-    def at(self, displacement: Floats, unknowns: Floats) -> Iterate:
-        """Returns the state at a nodal displacement (nodes, dim) and global unknowns (m,).
+    def at(self, x: Unknowns) -> Iterate:
+        """Returns the state at these unknowns.
 
         Raises:
-            StepFailed: a term has no force there.
+            StepFailed: a term is not defined there.
         """
-        balance, comm, own = self._balance, self._balance.comm, self._balance.active.owned
-        with together(comm):
-            forces = balance.forces(displacement, unknowns)
-        free = norm(comm, np.where(self._constrained, 0.0, forces.residual)[own])
-        if len(unknowns):  # each process has them all
-            free = math.hypot(free, *(forces.global_residual / balance.global_scale))
-        reaction = norm(comm, np.where(self._constrained, forces.residual, 0.0)[own])
+        with together(self.balance.comm):
+            residual = self.balance.evaluate(x)
+        sizes = {name: self._size(name, residual) for name in self._fields}
+        if len(sizes) == 1:
+            return Iterate(x, residual, sizes, sizes[MOMENTUM].free)
+        for name, size in sizes.items():
+            self._first.setdefault(name, size.of_forces)
+            if self._first[name] == 0.0:
+                self._first[name] = size.of_forces
+        merits = [size.free / (self._first[name] or 1.0) for name, size in sizes.items()]
+        return Iterate(x, residual, sizes, math.hypot(*merits))
+
+    def _size(self, equation: str, residual: Residual) -> Size:
+        balance, fields = self.balance, self._fields[equation]
+
+        def norm_of(values: Mapping[str, Floats], which: bool | None = None) -> float:
+            """Returns the norm of constrained (True), free (False) or all components."""
+            norms = []
+            for each in fields:
+                if each.name in values:
+                    own = each.over_scale(values[each.name])
+                    if which is not None:
+                        own = np.where(each.constrained == which, own, 0.0)
+                    norms.append(norm(balance.comm, own[each.owned]))
+            return norms[0] if len(norms) == 1 else math.hypot(*norms)
+
+        free = norm_of(residual.of, False)
+        if equation == MOMENTUM and len(residual.globals):  # each process has them all
+            free = math.hypot(free, *(residual.globals / balance.global_scale))
         # not all internal force: implicit boundaries balance the soil's in it
-        sums = (forces.load, forces.soil, forces.inertia)
-        size = max(*(norm(comm, force[own]) for force in sums), reaction)
-        # without stress the only force is that of an implicit boundary that begins to move
-        relative = free / size if size > 0.0 else float(free > 0.0)
-        return Iterate(displacement, unknowns, forces, free, relative)
+        sums = [norm_of(each) for each in residual.sums.values()]
+        return Size(free, max([*sums, norm_of(residual.of, True)]))
 
     def balanced(self, state: Iterate, newton: Newton, iterations: int) -> bool:
-        """Returns whether the residual is small enough, after so many iterations."""
-        if state.relative <= newton.tolerance or state.free <= newton.round_off:
-            return True
+        """Returns whether the residuals are small enough, after so many iterations."""
         late = iterations >= ITERATIONS_BEFORE_ROUND_OFF
-        return late and state.free <= self._balance.round_off(state.displacement)
+        return all(
+            size.relative <= newton.tolerance
+            or size.free <= newton.round_off.get(equation, 0.0)
+            or (late and size.free <= self.balance.round_off(state.x, self._fields[equation]))
+            for equation, size in state.sizes.items()
+        )
 
     def worst_point(self, state: Iterate) -> int:
-        """Returns the number of the point nearest to the node with the largest residual force."""
-        comm, active = self._balance.comm, self._balance.active
-        residual = np.where(self._constrained, 0.0, state.forces.residual)[active.owned]
+        """Returns the number of the point nearest to the node with the largest residual force.
+
+        Of the displacement's equation.
+        """
+        comm, active = self.balance.comm, self.balance.active
+        constrained = self.balance.fields[DISPLACEMENT].constrained
+        residual = np.where(constrained, 0.0, state.residual.u)[active.owned]
         size = np.linalg.norm(residual, axis=1)
         node, own = int(size.argmax()), float(size.max())
         owned = np.arange(active.nodes)[active.owned]

@@ -12,17 +12,18 @@ from dataclasses import replace
 
 import numpy as np
 
+from tilth.algebra.field import DISPLACEMENT, MOMENTUM
 from tilth.analysis.creep import creep
 from tilth.analysis.mechanism import WIDTH, moving_cells
 from tilth.analysis.observer import UNOBSERVED
 from tilth.analysis.prepare import prepare, soil_on
-from tilth.analysis.residual import Newton, Refinement, Residual
+from tilth.analysis.residual import Equations, Guess, Newton, Refinement
 from tilth.analysis.safety_search import Outcome, Trial
 from tilth.analysis.services import solver_for
 from tilth.analysis.setup import ROUND_OFF, InStep
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step import Equilibrium, solve_step
-from tilth.analysis.step_terms import terms_of
+from tilth.analysis.step_terms import balance_of, terms_of
 from tilth.arrays import Floats
 from tilth.comm import together
 from tilth.errors import BadInput, StepFailed
@@ -31,9 +32,8 @@ from tilth.model import StrengthReduction
 from tilth.mpm.frozen_points import FROZEN_STRAIN, FrozenPoints, mean_elastic_strain, thickness
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.soil import PastFlow
-from tilth.terms.balance import Balance
 from tilth.terms.drag import Drag
-from tilth.terms.protocol import Changes
+from tilth.terms.protocol import Changes, Role
 
 TOLERANCE = 1e-6
 """Relative residual of an equilibrium, at most: that of the analysis if it is greater [-]."""
@@ -82,14 +82,14 @@ class Trials:
         solver = solver_for(model, len(frozen), self._comm, services.warnings)
         self._services = replace(services, solver=solver, observer=UNOBSERVED)
         self.tolerance = max(TOLERANCE, model.analysis.tolerance)
+        young = self._comm.max(float(frozen.elastic_moduli().young.max()))
         self._newton = Newton(
             tolerance=self.tolerance,
             maximum_iterations=2 * model.analysis.maximum_iterations,
             line_search=True,
-            round_off=ROUND_OFF * self._comm.max(float(frozen.elastic_moduli().young.max()))
-            * largest_face(state.grid),
+            round_off={MOMENTUM: ROUND_OFF * young * largest_face(state.grid)},
             refinement=Refinement.SETTLED,
-        )  # fmt: skip
+        )
         stored = state.ghost.state()
         distribution = state.distribution.with_ranges(self._frozen.range)
         self._state = state = state.with_points(frozen, distribution)
@@ -100,11 +100,11 @@ class Trials:
             self._soil = soil_on(step.active, setup, state, services)
             self._drag = Drag.of(self._soil)
             of = InStep(setup, state, step, self._soil, self._frozen.stiffening)
-            self._balance = Balance(step.active, [*terms_of(of, services.timers), self._drag])
+            terms = [*terms_of(of, services.timers), self._drag]
+            self._balance = balance_of(of, terms, holds_others=True)
         finally:
             state.ghost.restore(stored)
-        self._conditions = step.conditions
-        self._residual = Residual(self._balance, step.conditions.constrained)
+        self._equations = Equations(self._balance)
         self._last: Equilibrium | None = None
         self._past: PastFlow | None = None
         self._iterations = 0
@@ -117,44 +117,38 @@ class Trials:
         self._soil.points = self._frozen.reduced(factor, self._davis)
         self._soil.past = self._past
         self._iterations = 0
-        guess, unknowns = None, None
+        guess = None
         if self._last is not None:
-            guess, unknowns = self._last.displacement, self._last.global_unknowns
+            guess = Guess(self._last.x.of, self._last.x.globals)
         try:
-            found = self._solve(self._newton, guess, unknowns)
+            found = self._solve(self._newton, guess)
         except StepFailed as failure:
             if pursues:
-                return self._let_go(factor, guess, unknowns, failure)
+                return self._let_go(factor, guess, failure)
             return self._trial(factor, Outcome.DEFERRED, reason=failure.reason)
         return self._judged(factor, found, crept=False)
 
-    def _solve(self, newton: Newton, guess: Floats | None, unknowns: Floats | None) -> Equilibrium:
+    def _solve(self, newton: Newton, guess: Guess | None) -> Equilibrium:
         """Solves the balance as `solve_step`, and counts the iterations."""
         self._balance.restart(Changes.USUAL)
         try:
-            found = solve_step(
-                self._balance, self._conditions, self._services, newton, guess,
-                self._on_iteration, unknowns,
-            )  # fmt: skip
+            found = solve_step(self._balance, self._services, newton, guess, self._on_iteration)
         except StepFailed as failure:
             self._iterations += max(len(failure.residuals) - 1, 0)
             raise
         self._iterations += found.iterations
         return found
 
-    def _let_go(
-        self, factor: float, guess: Floats | None, unknowns: Floats | None, failure: StepFailed
-    ) -> Trial:
+    def _let_go(self, factor: float, guess: Guess | None, failure: StepFailed) -> Trial:
         """Lets the soil creep from the last equilibrium to the next one, or on."""
-        begun = np.zeros_like(self._drag.before) if guess is None else guess
+        if guess is None:
+            guess = Guess({DISPLACEMENT: np.zeros_like(self._drag.before)})
         try:
-            self._drag.stiffness = self._drag_stiffness(begun, unknowns)
+            self._drag.stiffness = self._drag_stiffness(guess)
         except StepFailed:
             return self._trial(factor, Outcome.UNDECIDED, reason=failure.reason)
         moved = 0.0
-        path = creep(
-            self._solve, self._drag, self._newton, self._residual, begun, unknowns, self._soil
-        )
+        path = creep(self._solve, self._drag, self._newton, self._equations, guess, self._soil)
         for each in path:
             if each.at_rest or self._mechanism(each.found):
                 return self._judged(factor, each.found, crept=True)
@@ -164,15 +158,16 @@ class Trials:
             reason += f", but none {WIDTH} cells wide moves as a whole"
         return self._trial(factor, Outcome.UNDECIDED, reason=reason, crept=True)
 
-    def _drag_stiffness(self, displacement: Floats, unknowns: Floats | None) -> Floats:
+    def _drag_stiffness(self, guess: Guess) -> Floats:
         """Returns that of a pseudo-step of size 1 [force/length], shape (nodes,).
 
         All forces move the soil by the elastic displacement in it; shared out by volume.
         """
         with together(self._comm):
-            forces = self._balance.forces(displacement, unknowns)
+            residual = self._balance.evaluate(self._balance.at(guess.u, guess.of_globals))
+        soil = residual.sum_of(Role.SOIL)
         owned, volume = self._soil.active.owned, self._soil.nodal_volume
-        force = self._comm.sum(float(np.linalg.norm(forces.soil[owned], axis=1).sum()))
+        force = self._comm.sum(float(np.linalg.norm(soil[owned], axis=1).sum()))
         whole = self._comm.sum(float(volume[owned].sum()))
         stiffness = force * self._frozen.stiffening / self.elastic_displacement
         return np.asarray(volume * (stiffness / whole))

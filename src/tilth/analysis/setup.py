@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+from tilth.algebra.field import MOMENTUM, Field
 from tilth.analysis.grid_motion import GridMotion
 from tilth.analysis.residual import Newton, newton_attempts
 from tilth.analysis.state import State
@@ -37,6 +38,7 @@ class Setup:
         round_off: residual that counts as zero [force].
         attempts: settings of Newton's iteration with which a step is tried, one after the other.
         terms: makers of the terms of the balance, in their order; weak springs follow.
+        fields: makers of further fields than the displacement.
     """
 
     model: Model
@@ -48,9 +50,17 @@ class Setup:
     round_off: float
     attempts: Sequence[Newton]
     terms: Sequence[Maker]
+    fields: Sequence[FieldMaker] = ()
 
     @classmethod
-    def of(cls, model: Model, loads: Loads, state: State, terms: Sequence[Maker]) -> Setup:
+    def of(
+        cls,
+        model: Model,
+        loads: Loads,
+        state: State,
+        terms: Sequence[Maker],
+        fields: Sequence[FieldMaker] = (),
+    ) -> Setup:
         """Returns that of a model; state: with which it begins."""
         young = float(state.points.elastic_moduli().young.max())
         round_off = ROUND_OFF * young * largest_face(state.grid)
@@ -63,8 +73,9 @@ class Setup:
             grid_motion=GridMotion(model, state.implicit),
             has_friction=bool((shear_strength(state.points, model)[1] > 0.0).any()),
             round_off=round_off,
-            attempts=newton_attempts(model.analysis, round_off, touching),
+            attempts=newton_attempts(model.analysis, {MOMENTUM: round_off}, touching),
             terms=terms,
+            fields=fields,
         )
 
     @property
@@ -99,3 +110,6 @@ class InStep:
 
 Maker = Callable[[InStep], Sequence[Term]]
 """Makes the terms of one kind in a step; none where they do not act."""
+
+FieldMaker = Callable[[InStep], Field]
+"""Makes a field of a step, with what is prescribed of it."""

@@ -12,10 +12,10 @@ from tilth.analysis.checks import check_first_step
 from tilth.analysis.owners import Arrays, WrongState, restore_all, restored_points
 from tilth.analysis.prepare import locate, prepare, soil_on
 from tilth.analysis.services import Services
-from tilth.analysis.setup import InStep, Maker, Setup
+from tilth.analysis.setup import FieldMaker, InStep, Maker, Setup
 from tilth.analysis.state import State
 from tilth.analysis.step_result import PreparedStep, StepResult
-from tilth.analysis.step_terms import TERMS, terms_of
+from tilth.analysis.step_terms import TERMS, balance_of, terms_of
 from tilth.arrays import Floats
 from tilth.comm import SERIAL, Communicator
 from tilth.model import Model
@@ -26,6 +26,7 @@ from tilth.mpm.initial_points import initial_points, present_points
 from tilth.mpm.interval import INSTANT, Interval
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.soil import Soil
+from tilth.terms.balance import Balance
 from tilth.terms.loads import Loads
 from tilth.terms.protocol import Term
 
@@ -39,6 +40,7 @@ class Simulation:
         initial: the undeformed points of all bodies of all stages, in the order of their numbers;
             computed if None.
         terms: makers of the terms of the balance.
+        fields: makers of further fields than the displacement.
 
     Attributes:
         setup: what is declared, or follows from it; never changes.
@@ -55,6 +57,7 @@ class Simulation:
         points: MaterialPoints | None = None,
         initial: MaterialPoints | None = None,
         terms: Sequence[Maker] = TERMS,
+        fields: Sequence[FieldMaker] = (),
     ) -> None:
         model.require_state_variables()
         initial = initial_points(model) if initial is None else initial
@@ -67,7 +70,7 @@ class Simulation:
             return loads.acceleration(time) + np.zeros(model.dimension)
 
         self.state = State(model, points, initial, acceleration)
-        self.setup = Setup.of(model, loads, self.state, terms)
+        self.setup = Setup.of(model, loads, self.state, terms, fields)
         self.services = Services.of(model, len(points), SERIAL)
         self.services.warnings.departures(model)
         self.services.warnings.bounds(bound_domains(points, self.state.grid))
@@ -123,6 +126,12 @@ class Simulation:
     def terms(self, step: PreparedStep, soil: Soil) -> list[Term]:
         """As `terms_of`."""
         return terms_of(InStep(self.setup, self.state, step, soil), self.services.timers)
+
+    def balance(self, step: PreparedStep, soil: Soil, further: Sequence[Term] = ()) -> Balance:
+        """Returns that of the displacement, all other fields held, with `further` terms."""
+        of = InStep(self.setup, self.state, step, soil)
+        terms = [*terms_of(of, self.services.timers), *further]
+        return balance_of(of, terms, holds_others=True)
 
     def advance(
         self,

@@ -233,11 +233,11 @@ def release_out_of_balance(simulation: Simulation, kept: KeptContact | None = No
     with nullcontext() if dynamics is None else dynamics.at_start(first):
         step = simulation.prepare(0.0, 0.0)
         soil = simulation.soil_on(step.active)
-        balance = Balance(step.active, simulation.terms(step, soil))
-        still = np.zeros(step.active.position.shape)
+        balance = simulation.balance(step, soil)
+        still = balance.at(np.zeros(step.active.position.shape))
         if dynamics is not None:  # finds where bodies that move with inertia touch the soil
             balance.begin(still)
-        residual = balance.forces(still).residual
+        residual = balance.evaluate(still).u
         residual += _contact_so_far(balance, kept)
     if dynamics is not None:
         residual += dynamics.force_at_start(balance)

@@ -4,21 +4,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
 
-from tilth.analysis.residual import Iterate, Newton, Refinement, Residual
+from tilth.algebra.field import DISPLACEMENT
+from tilth.algebra.unknowns import Unknowns
+from tilth.analysis.residual import Equations, Guess, Iterate, Newton, Refinement
 from tilth.analysis.services import Services
-from tilth.arrays import Flags, Floats
-from tilth.boundaries import Conditions
+from tilth.arrays import Floats
 from tilth.errors import StepFailed
-from tilth.solvers import LinearSystem, SolveFailed, StepSolver
-from tilth.solvers.petsc import PetscStepSolver
+from tilth.solvers import SolveFailed
+from tilth.solvers.coupled import begin_system
+from tilth.solvers.coupled_system import CoupledSystem, SystemSolver
 from tilth.terms.balance import Balance
-from tilth.terms.protocol import Changes
+from tilth.terms.protocol import Changes, Role
 
 FORCING_TERM = 1e-4
 """Part of the residual that an iterative linear solver may leave at any time."""
@@ -44,26 +46,34 @@ LONG_LINE_SEARCH = (*LINE_SEARCH, 1 / 16, 1 / 32, 1 / 64)
 """Shares of a correction that a line search tries, in this order; see `Newton.takes_best`."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Equilibrium:
     """A converged step.
 
     Attributes:
-        displacement: of the nodes in the step [length], shape (nodes, dim).
+        x: all unknowns at its end.
         load: external force at the end of the step [force], shape (nodes, dim).
-        reaction: force of the boundaries on the soil [force], shape (nodes, dim); zero elsewhere.
-        initial_reaction: the same at the start of the step, on this step's grid.
+        reactions: of what is prescribed, by field: for the displacement the force of the
+            boundaries on the soil [force], shape (nodes, dim); zero elsewhere.
+        initial_reaction: that force at the start of the step, on this step's grid.
         residuals: relative residual of the first guess and after each iteration.
-        global_unknowns: increments in the step of the unknowns that belong to no node, those of one
-            term after the other, shape (m,).
     """
 
-    displacement: Floats
+    x: Unknowns
     load: Floats
-    reaction: Floats
+    reactions: Mapping[str, Floats]
     initial_reaction: Floats
     residuals: list[float]
-    global_unknowns: Floats = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def displacement(self) -> Floats:
+        """Of the nodes in the step [length], shape (nodes, dim)."""
+        return self.x.u
+
+    @property
+    def reaction(self) -> Floats:
+        """Force of the boundaries on the soil [force], shape (nodes, dim); zero elsewhere."""
+        return self.reactions[DISPLACEMENT]
 
     @property
     def iterations(self) -> int:
@@ -73,72 +83,62 @@ class Equilibrium:
 
 def solve_step(
     balance: Balance,
-    conditions: Conditions,
     services: Services,
     newton: Newton,
-    guess: Floats | None = None,
+    guess: Guess | None = None,
     on_iteration: Callable[[int, float], None] = lambda iteration, residual: None,
-    unknowns: Floats | None = None,
 ) -> Equilibrium:
-    """Finds displacement u and global unknowns g of the step without a residual on what is free.
+    """Finds the unknowns of the step without a residual of what is free.
 
     Args:
-        balance: all terms of the step.
-        conditions: prescribed degrees of freedom.
+        balance: all terms of the step, with its fields and what is prescribed of them.
         services: solve the linear systems, measure the time of it, and watch each iteration.
         newton: settings of the iteration.
-        guess: nodal displacement to begin with (nodes, dim); none if not given.
+        guess: where to begin; at the start of the step if not given.
         on_iteration: is called with the iteration and its relative residual.
-        unknowns: global unknowns to begin with, (m,), those of the guess; those at the start of
-            the step if not given.
 
     Raises:
         StepFailed: no equilibrium within the iterations, an inverted point, a singular system.
     """
-    constrained = conditions.constrained
-    residual = Residual(balance, constrained)
-    linearised = Linearisation(balance, constrained, services)
+    equations = Equations(balance)
+    linearised = Linearisation(balance, services)
     residuals: list[float] = []
     begun, reuse = 0, Reuse.NOTHING
     refinements = _Refinements(newton.refinement)
-    now, initial_reaction, moving = _first_state(residual, balance, conditions, guess, unknowns)
+    now, initial_reaction, moving = _first_state(equations, guess)
     while True:
-        if newton.changes is Changes.CAREFUL and balance.adapt(now.displacement):
-            now = residual.at(now.displacement, now.unknowns)
+        if newton.changes is Changes.CAREFUL and balance.adapt(now.x):
+            now = equations.at(now.x)
         residuals.append(now.relative)
         on_iteration(len(residuals) - 1, now.relative)
         if not (moving or refinements.done) and now.relative <= REFINED_FROM:
-            refinements.add(balance.refine(now.displacement), residuals)
+            refinements.add(balance.refine(now.x), residuals)
             begun = len(residuals)
-            now = residual.at(now.displacement, now.unknowns)
+            now = equations.at(now.x)
             residuals[-1] = now.relative
         services.observer.iteration(len(residuals) - 1, now, moving)
         if not math.isfinite(now.relative):
             raise StepFailed("the residual is not a number", residuals=residuals)
-        if residual.balanced(now, newton, len(residuals) - 1) and not moving:
+        if equations.balanced(now, newton, len(residuals) - 1) and not moving:
             if _revised(balance, now, residuals):
                 begun = len(residuals)
-                now = residual.at(now.displacement, now.unknowns)
+                now = equations.at(now.x)
                 residuals.pop()
                 refinements.again()
                 continue
-            reaction = np.where(constrained, now.forces.residual, 0.0)
-            return Equilibrium(
-                now.displacement, now.forces.load, reaction, initial_reaction, residuals,
-                now.unknowns,
-            )  # fmt: skip
+            reactions = reactions_at(balance, now)
+            return Equilibrium(now.x, now.residual.load, reactions, initial_reaction, residuals)
         if len(residuals) - begun > newton.maximum_iterations:
             reason = f"no equilibrium after {newton.maximum_iterations} Newton iterations"
-            raise StepFailed(reason, point=residual.worst_point(now), residuals=residuals)
+            raise StepFailed(reason, point=equations.worst_point(now), residuals=residuals)
         tolerance = forcing_term(1.0 if moving else now.relative, newton.tolerance)
-        prescribed = conditions.increment if moving else None
         shares: Sequence[float] = (1.0,)
         if newton.line_search and not moving:
             shares = LONG_LINE_SEARCH if newton.takes_best else LINE_SEARCH
         reuse = reused(residuals[begun:], reuse, newton)
         try:
-            correction = linearised.correction(now, prescribed, tolerance, reuse)
-            now = corrected(residual, now, correction, shares, newton.takes_best)
+            correction = linearised.correction(now, moving, tolerance, reuse)
+            now = corrected(equations, now, correction, shares, newton.takes_best)
         except SolveFailed as error:
             raise StepFailed(str(error), residuals=residuals) from error
         except StepFailed as failure:
@@ -147,10 +147,18 @@ def solve_step(
         moving = False
 
 
+def reactions_at(balance: Balance, now: Iterate) -> dict[str, Floats]:
+    """Returns the residuals of what is prescribed, 0 elsewhere, by field; see `Equilibrium`."""
+    return {
+        name: np.where(each.constrained, now.residual.of[name], 0.0)
+        for name, each in balance.fields.items()
+    }
+
+
 def _revised(balance: Balance, now: Iterate, residuals: list[float]) -> bool:
     """Returns whether terms changed at a converged state, as by soil that came into contact."""
     try:
-        return balance.revise(now.displacement)
+        return balance.revise(now.x)
     except StepFailed as failure:
         failure.residuals = residuals
         raise
@@ -183,39 +191,40 @@ class _Refinements:
             raise StepFailed(reason, residuals=residuals)
 
 
-def _first_state(
-    residual: Residual,
-    balance: Balance,
-    conditions: Conditions,
-    guess: Floats | None,
-    unknowns: Floats | None,
-) -> tuple[Iterate, Floats, bool]:
+def _first_state(equations: Equations, guess: Guess | None) -> tuple[Iterate, Floats, bool]:
     """Returns where the iteration begins, the reaction at the start of the step, (nodes, dim), and
     whether the prescribed degrees of freedom have yet to move.
     """
-    constrained = conditions.constrained
-    zero, first_unknowns = np.zeros_like(conditions.increment), balance.first_unknowns()
-    moving = bool(balance.comm.max(float(conditions.increment.any())))
-    initial_reaction = np.zeros_like(zero)
+    balance = equations.balance
+    fields, start = balance.fields, balance.first()
+    moving = any(bool(each.increment.any()) for each in fields.values())
+    moving = bool(balance.comm.max(float(moving)))
+    initial_reaction = np.zeros_like(start.u)
     if moving or guess is None:  # what does not move does no work: its first reaction is not needed
-        balance.begin(zero, first_unknowns)
-        first = residual.at(zero, first_unknowns)
-        internal = first.forces.residual + first.forces.load - first.forces.inertia
+        balance.begin(start)
+        first = equations.at(start)
+        internal = first.residual.u + first.residual.load - first.residual.sum_of(Role.INERTIA)
         external = balance.load_before - balance.inertia_before
-        initial_reaction = np.where(constrained, internal - external, 0.0)
+        held = fields[DISPLACEMENT].constrained
+        initial_reaction = np.where(held, internal - external, 0.0)
     if guess is None:
         return first, initial_reaction, moving
-    start = np.where(constrained, conditions.increment, guess)
-    begun = first_unknowns if unknowns is None else unknowns
+    imposed = {
+        name: np.where(each.constrained, start.of[name] + each.increment, guess.of[name])
+        if name in guess.of
+        else start.of[name] + each.increment
+        for name, each in fields.items()
+    }
+    begun = Unknowns(imposed, start.globals if guess.of_globals is None else guess.of_globals)
     if not moving:
-        balance.begin(start, begun)
-    if unknowns is None:  # else it is an equilibrium near by
+        balance.begin(begun)
+    if guess.of_globals is None:  # else it is an equilibrium near by
         balance.begin_at_guess()
     try:
-        return residual.at(start, begun), initial_reaction, False
+        return equations.at(begun), initial_reaction, False
     except StepFailed:
-        balance.begin(zero, first_unknowns)
-        return residual.at(zero, first_unknowns), initial_reaction, moving
+        balance.begin(start)
+        return equations.at(start), initial_reaction, moving
 
 
 class Reuse(Enum):
@@ -247,28 +256,23 @@ class Linearisation:
     """The linear systems of a step.
 
     Args:
-        balance: all terms of the step.
-        constrained: prescribed degrees of freedom, shape (nodes, dim).
+        balance: all terms of the step, with its fields.
         services: solve them, and measure the time of assembly and solution.
     """
 
-    def __init__(self, balance: Balance, constrained: Flags, services: Services) -> None:
-        self._balance, self._constrained = balance, constrained
+    def __init__(self, balance: Balance, services: Services) -> None:
+        self._balance = balance
         self._solver, self._timers = services.solver, services.timers
-        self._begun: tuple[LinearSystem, StepSolver | PetscStepSolver] | None = None
+        self._begun: tuple[CoupledSystem, SystemSolver] | None = None
 
     def correction(
-        self,
-        now: Iterate,
-        prescribed: Floats | None,
-        tolerance: float,
-        reuse: Reuse = Reuse.NOTHING,
-    ) -> tuple[Floats, Floats]:
-        """Returns corrections of displacement (nodes, dim) and global unknowns (m,).
+        self, now: Iterate, moving: bool, tolerance: float, reuse: Reuse = Reuse.NOTHING
+    ) -> Unknowns:
+        """Returns corrections of all unknowns.
 
         Args:
             now: where the residual is linearised.
-            prescribed: correction of the constrained degrees of freedom, (nodes, dim); None for 0.
+            moving: whether prescribed degrees of freedom move by their increments; else they stay.
             tolerance: relative residual that an iterative solver may leave.
             reuse: what of the last linear system is used again.
 
@@ -276,35 +280,37 @@ class Linearisation:
             SolveFailed: the system is singular.
         """
         system, solver = self._system(now, reuse)
-        right_side, of_unknowns = -now.forces.residual, -now.forces.global_residual
-        moved = np.zeros_like(right_side)
-        if prescribed is not None:
-            moved = np.where(self._constrained, prescribed, 0.0)
-            right_side = right_side - system.times(moved)
-            if system.border is not None:
-                of_unknowns = of_unknowns - system.inner_products(system.border.rows, moved)
+        of = {name: -values for name, values in now.residual.of.items()}
+        right_side = Unknowns(of, -now.residual.globals)
+        if not moving:
+            with self._timers.measure("solve"):
+                return solver.solve(right_side, tolerance)
+        moved = {
+            name: np.where(each.constrained, each.increment, 0.0)
+            for name, each in self._balance.fields.items()
+        }
+        given = Unknowns(moved, np.zeros_like(right_side.globals))
+        right_side = right_side.plus(system.matrix.times(given), -1.0)
         with self._timers.measure("solve"):
-            free, unknowns = solver.solve_bordered(right_side, of_unknowns, tolerance)
-        return moved + free, unknowns
+            return given.plus(solver.solve(right_side, tolerance))
 
-    def _system(
-        self, now: Iterate, reuse: Reuse
-    ) -> tuple[LinearSystem, StepSolver | PetscStepSolver]:
-        balance, active = self._balance, self._balance.active
+    def _system(self, now: Iterate, reuse: Reuse) -> tuple[CoupledSystem, SystemSolver]:
+        balance = self._balance
         if self._begun is None:
             with self._timers.measure("assembly"):
-                entries = len(active.column) * self._constrained.shape[1] ** 2
-                memory = active.buffers.take("matrix", entries)
-                system = LinearSystem(active, self._constrained, memory)
-            self._begun = system, self._solver.begin(system)
+                constrained = {name: each.constrained for name, each in balance.fields.items()}
+                matrix = balance.space.matrix()
+                system = CoupledSystem(balance.active, matrix, constrained)
+            self._begun = system, begin_system(self._solver, system)
         system, solver = self._begun
         if reuse is Reuse.MATRIX and solver.by_multigrid:
             return system, solver
         solver.renew(similar=reuse is Reuse.LEVELS)
-        balance.fill_stiffness(now.displacement, system.blocks)
-        system.border = balance.border(now.displacement, now.unknowns)
+        balance.linearise(now.x, system.matrix)
         balance.linearised()
-        system.exact_nodes = balance.exact_nodes()
+        system.displacement.border = system.matrix.border
+        system.displacement.exact_nodes = balance.exact_nodes()
+        system.schur = balance.schur(now.x, system.matrix)
         return system, solver
 
 
@@ -319,17 +325,16 @@ def forcing_term(relative: float, tolerance: float) -> float:
 
 
 def corrected(
-    residual: Residual,
+    equations: Equations,
     now: Iterate,
-    correction: tuple[Floats, Floats],
+    correction: Unknowns,
     shares: Sequence[float],
     takes_best: bool = False,
 ) -> Iterate:
     """Takes the first share of `correction` that lowers the residual, else the last or best one."""
-    nodal, unknowns = correction
 
     def at(share: float) -> Iterate:
-        return residual.at(now.displacement + share * nodal, now.unknowns + share * unknowns)
+        return equations.at(now.x.plus(correction, share))
 
     possible: dict[float, float] = {}
     for share in shares:
@@ -340,7 +345,7 @@ def corrected(
             if last and not (takes_best and possible):
                 raise
             continue
-        if trial.free <= (1.0 - 1e-4 * share) * now.free or (last and not takes_best):
+        if trial.merit <= (1.0 - 1e-4 * share) * now.merit or (last and not takes_best):
             return trial
-        possible[share] = trial.free
+        possible[share] = trial.merit
     return at(min(possible, key=lambda share: possible[share]))  # terms remember the last state

@@ -156,7 +156,7 @@ def result_of(
     conditions, constraints = step.conditions, step.constraints
     carried = constraints.after(equilibrium.displacement)
     forces = conditions.forces(equilibrium.reaction) | constraints.forces(carried)
-    outcomes = balance.outcomes(equilibrium.displacement)
+    outcomes = balance.outcomes(equilibrium.x)
     contacts = [(of, of.contact) for of in outcomes if of.contact is not None]
     for of, _ in contacts:
         forces |= of.forces
@@ -210,12 +210,11 @@ def _stabilisation_work(
 
     outcomes: of the terms. kept: the internal force at the end of the last step; is renewed.
     """
-    displacement, ghosts = equilibrium.displacement, balance.of_role(Role.STABILISATION)
-    zero = np.zeros_like(displacement)
-    before = sum((each.force(zero) for each in ghosts), zero)
+    displacement = equilibrium.displacement
+    before = balance.stabilisation(np.zeros_like(displacement))
     if len(kept.key) > 0:  # else there was none, or another stage
         before = kept.at(balance.active)
-    after = sum((each.force(displacement) for each in ghosts), zero)
+    after = balance.stabilisation(displacement)
     work = 0.5 * balance.active.work(before + after, displacement)
     for of in outcomes:
         if of.ghost_force is not None:

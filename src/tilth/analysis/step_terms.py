@@ -5,15 +5,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import nullcontext
+from dataclasses import replace
+
+import numpy as np
 
 from tilth.analysis.setup import ROUND_OFF, InStep, Maker
 from tilth.boundaries.contact.terms import contact_terms
 from tilth.surface.loads import SurfaceLoads
+from tilth.terms.balance import Balance
 from tilth.terms.linear import LinearForces
 from tilth.terms.point_loads import PointLoads
 from tilth.terms.protocol import Role, Term, union
 from tilth.terms.released import Release
 from tilth.terms.soil_forces import SoilForces
+from tilth.terms.space import displacement_of
 from tilth.terms.unheld_weight import unheld_weight
 from tilth.terms.water import WaterForces
 from tilth.terms.weak_springs import WeakSprings
@@ -146,6 +151,18 @@ _TIMED = {
     surface_loads: "basis",
 }
 """Part of the time that each of them belongs to; the others measure it themselves, or take none."""
+
+
+def balance_of(of: InStep, terms: Sequence[Term], holds_others: bool = False) -> Balance:
+    """Returns the balance of a step with the displacement and all other fields.
+
+    holds_others: whether only the displacement is looked for; the others stay as they are.
+    """
+    others = [make(of) for make in of.setup.fields]
+    if holds_others:
+        others = [replace(each, active=np.zeros(each.nodes.count, dtype=bool)) for each in others]
+    fields = [displacement_of(of.step.active, of.step.conditions), *others]
+    return Balance(of.step.active, terms, fields)
 
 
 def terms_of(of: InStep, timers: Timers) -> list[Term]:

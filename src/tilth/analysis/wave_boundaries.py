@@ -23,7 +23,7 @@ from tilth.mpm.points import MaterialPoints
 from tilth.mpm.soil import Soil
 from tilth.terms.balance import Balance
 from tilth.terms.inertia import Inertia
-from tilth.terms.protocol import Term, union
+from tilth.terms.protocol import Role, Term, union
 
 LONGEST_STEP = 1.001
 """Size of a step over the interval of a record, above which is warned."""
@@ -115,11 +115,12 @@ class WaveBoundaries:
         if not new:
             return False, 0.0
         active = balance.active
-        still = np.zeros(step.active.position.shape)
+        still = balance.at(np.zeros(step.active.position.shape))
         balance.begin(still)
         with together(balance.comm):
-            forces = balance.forces(still)
-        static = np.where(step.conditions.constrained, 0.0, forces.residual - forces.inertia)
+            found = balance.evaluate(still)
+        static = found.u - found.sum_of(Role.INERTIA)
+        static = np.where(step.conditions.constrained, 0.0, static)
         static = active.updated(static)
         parts = self._parts(soil, step.before, step.before, step.absorbing)
         nodes = {each.name: each.nodes(part, soil.active) for each, part in parts}
@@ -130,7 +131,7 @@ class WaveBoundaries:
             each.keep(active, divided.get(each.name, np.zeros_like(static)))
         free = ~union(len(static), nodes.values())
         left = active.norm(np.where(free[:, None], static, 0.0))
-        size = max(active.norm(forces.soil), active.norm(forces.load))
+        size = max(active.norm(found.sum_of(Role.SOIL)), active.norm(found.load))
         return True, left / size if size > 0.0 else 0.0
 
     def hold(self, step: PreparedStep, soil: Soil, balance: Balance, residual: Floats) -> None:

@@ -24,7 +24,8 @@ from tilth.mpm.pattern import Elements, same_starts
 from tilth.mpm.quadrature import PointsInCells, locate_in_cells, near_process, near_soil
 from tilth.surface.protocol import BodySurface
 from tilth.surface.quadrature import SurfaceQuadrature, area_derivative, area_vector
-from tilth.terms.protocol import AssembledTerm, NodeLists, Role, Term
+from tilth.terms.protocol import AssembledTerm, DisplacementTerm, Role, Term
+from tilth.terms.space import Coupled, Space
 
 LAYERS = 2
 """Layers of cells around a process' own from where loads act on its nodes.
@@ -115,11 +116,11 @@ class SurfaceLoads(Term):
         return bool(self._loaded)
 
     @property
-    def coupled(self) -> list[NodeLists]:
+    def coupled(self) -> list[Coupled]:
         """As `Term.coupled`: the nodes of each cell that contains loaded points."""
-        return [(same_starts(each.at.node), each.at.node.ravel()) for each in self._loaded]
+        return [Coupled(same_starts(each.at.node), each.at.node.ravel()) for each in self._loaded]
 
-    def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledTerm:
+    def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledTerm:
         """As `Term.assembled`."""
         return _AssembledSurfaceLoads(self, elements)
 
@@ -230,7 +231,7 @@ class SurfaceLoads(Term):
         return np.asarray(derivative)
 
 
-class _AssembledSurfaceLoads(AssembledTerm):
+class _AssembledSurfaceLoads(DisplacementTerm):
     role = Role.LOAD
     label = "loads on surfaces"
 

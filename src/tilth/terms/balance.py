@@ -1,41 +1,55 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The balance of a load step: the sum of all its terms, which `Simulation.terms` lists."""
+"""The balance of a load step: the sum of all its terms, which `TERMS` lists."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
+from tilth.algebra.block_matrix import BlockMatrix
 from tilth.algebra.border import Border
+from tilth.algebra.field import DISPLACEMENT, Field
+from tilth.algebra.unknowns import Unknowns
 from tilth.arrays import Flags, Floats
 from tilth.comm import count, norm
 from tilth.mpm.active_grid import ActiveGrid
 from tilth.terms.motion import NodalMotion
 from tilth.terms.outcome import Outcome
-from tilth.terms.protocol import AssembledTerm, Changes, GlobalUnknowns, Role, Term, union
+from tilth.terms.protocol import (
+    SIZES,
+    AssembledTerm,
+    Changes,
+    GlobalUnknowns,
+    Role,
+    Term,
+    union,
+)
+from tilth.terms.space import Space, displacement_of
 
 
-@dataclass(frozen=True)
-class Forces:
-    """Nodal forces at one displacement [force], shape (nodes, dim) each.
+@dataclass(frozen=True, eq=False)
+class Residual(Unknowns):
+    """Internal minus external, of all fields and global unknowns: those times their scale.
 
     Attributes:
-        residual: internal minus external force of all terms.
-        load: external force.
-        soil: internal force of the soil.
-        inertia: of the soil.
-        global_residual: residual of the global unknowns' equations [force times scale], shape (m,).
+        sums: the parts of it by role, then by the name of the field; of the roles `SIZES`.
     """
 
-    residual: Floats
-    load: Floats
-    soil: Floats
-    inertia: Floats
-    global_residual: Floats
+    sums: Mapping[Role, Mapping[str, Floats]] = field(default_factory=dict)
+
+    def sum_of(self, role: Role, name: str = DISPLACEMENT) -> Floats:
+        """Returns what the terms of a role add to a field's residual, (nodes, components)."""
+        found = self.sums.get(role, {}).get(name)
+        return np.zeros_like(self.of[name]) if found is None else found
+
+    @property
+    def load(self) -> Floats:
+        """The external force on the soil [force], shape (nodes, dim)."""
+        return 0.0 - self.sum_of(Role.LOAD)
 
 
 class Balance:
@@ -44,25 +58,34 @@ class Balance:
     Args:
         active: the grid of the step.
         terms: of the step, gathered on this grid.
+        fields: of the step, the displacement first, with what is prescribed of them; the
+            displacement without conditions if None.
 
     Attributes:
-        active: the grid of the step, with the pattern of all terms.
+        active: the grid of the step, with the pattern of the displacement.
+        space: all fields and the patterns of the matrix.
         terms: the assembled terms.
         comm: communicator of the processes that share the grid.
         load_before, inertia_before: external force and inertia force at the start of the step
             [force], shape (nodes, dim).
         global_scale: of the global unknowns of all terms, one term after the other
             (`Border.scale`), shape (m,).
-        kept: the nodal force of each term at the last displacement [force], shape (nodes, dim)
-            each; None unless an observer asks for them by `keep_forces`.
+        kept: the nodal force of each term on the displacement's nodes at the last evaluation
+            [force], shape (nodes, dim) each; None unless an observer asks for them by
+            `keep_forces`.
     """
 
-    def __init__(self, active: ActiveGrid, terms: Sequence[Term]) -> None:
+    def __init__(
+        self, active: ActiveGrid, terms: Sequence[Term], fields: Sequence[Field] | None = None
+    ) -> None:
         coupled = [list(term.coupled) for term in terms]
-        self.active = active.with_couplings([each for of_term in coupled for each in of_term])
+        points = [pair for term in terms for pair in term.pairs_at_points]
+        fields = [displacement_of(active)] if fields is None else fields
+        self.space = Space(active, fields, [each for of in coupled for each in of], points)
+        self.active = self.space.active
         elements = iter(self.active.elements)
         self.terms = [
-            term.assembled(self.active, [next(elements) for _ in of_term])
+            term.assembled(self.space, [next(elements) for each in of_term if each.of_displacement])
             for term, of_term in zip(terms, coupled, strict=True)
         ]
         self.comm = active.comm
@@ -74,6 +97,11 @@ class Balance:
         self.global_scale: Floats = np.concatenate([np.zeros(0), *scales])
         self.kept: list[Floats] | None = None
 
+    @property
+    def fields(self) -> Mapping[str, Field]:
+        """All fields by their names, the displacement first."""
+        return self.space.fields
+
     def _zero(self) -> Floats:
         return np.zeros((self.active.nodes, self.active.grid.dim))
 
@@ -84,6 +112,28 @@ class Balance:
                 total += force
         return total
 
+    def _of(self, x: Unknowns) -> list[tuple[AssembledTerm, Unknowns]]:
+        """Returns each term with the unknowns that it is given."""
+        return [
+            (term, x.with_globals(x.globals[own]))
+            for term, own in zip(self.terms, self._slices, strict=True)
+        ]
+
+    def at(self, displacement: Floats, of_globals: Floats | None = None) -> Unknowns:
+        """Returns unknowns with a nodal displacement, all other fields as the step starts.
+
+        of_globals: increments of the global unknowns in the step, shape (m,); zero if not given.
+        """
+        of = {name: each.first() for name, each in self.fields.items() if name != DISPLACEMENT}
+        if of_globals is None:
+            of_globals = np.zeros_like(self.global_scale)
+        return Unknowns({DISPLACEMENT: displacement, **of}, of_globals)
+
+    def first(self) -> Unknowns:
+        """Returns where the iteration begins: the start of the step."""
+        parts = [t.first_unknowns() for t in self.terms if isinstance(t, GlobalUnknowns)]
+        return self.at(self._zero(), np.concatenate([np.zeros(0), *parts]))
+
     def of_role(self, role: Role) -> list[AssembledTerm]:
         """Returns the terms of one role, in their order."""
         return [term for term in self.terms if term.role is role]
@@ -93,12 +143,12 @@ class Balance:
         """The motion of the nodes over the step; only where a term integrates it over time."""
         return next(term.motion for term in self.terms if term.motion is not None)
 
-    def outcomes(self, displacement: Floats) -> list[Outcome]:
+    def outcomes(self, x: Unknowns) -> list[Outcome]:
         """Returns what the terms tell of a converged step, in their order.
 
-        At the displacement of the last call of `forces`, before the step is committed.
+        At the unknowns of the last evaluation, before the step is committed.
         """
-        found = (term.outcome(displacement) for term in self.terms)
+        found = (term.outcome(own) for term, own in self._of(x))
         return [each for each in found if each is not None]
 
     def carried_force(self, role: Role) -> Floats:
@@ -108,57 +158,64 @@ class Balance:
         """
         return self._sum(term.carried_force() for term in self.of_role(role))
 
+    def stabilisation(self, displacement: Floats) -> Floats:
+        """Returns the internal force of stabilisation at a displacement [force], (nodes, dim)."""
+        x = self.at(displacement)
+        parts = (term.evaluate(x) for term in self.of_role(Role.STABILISATION))
+        return self._sum(part.of.get(DISPLACEMENT) for part in parts)
+
     def keep_forces(self) -> None:
-        """Keeps, from now on, the forces of the terms that `forces` sums up, in `kept`."""
+        """Keeps, from now on, the forces of the terms that `evaluate` sums up, in `kept`."""
         self.kept = [self._zero() for _ in self.terms]
 
     def constant_force(self) -> Floats:
         """Returns the force of all linear terms at zero displacement [force], (nodes, dim)."""
         return self._sum(term.constant_force() for term in self.terms)
 
-    def forces(self, displacement: Floats, unknowns: Floats | None = None) -> Forces:
-        """Returns the forces for a nodal displacement of the step, shape (nodes, dim).
-
-        unknowns: increments of the global unknowns in the step, shape (m,); zero if not given.
+    def evaluate(self, x: Unknowns) -> Residual:
+        """Returns the residual.
 
         Raises:
-            StepFailed: a term has no force at this displacement.
+            StepFailed: a term is not defined there.
         """
-        residual, load, soil, inertia = (self._zero() for _ in range(4))
-        if unknowns is None:
-            unknowns = np.zeros_like(self.global_scale)
-        global_residual = np.zeros_like(self.global_scale)
-        for number, (term, own) in enumerate(zip(self.terms, self._slices, strict=True)):
-            if isinstance(term, GlobalUnknowns):
-                force, global_residual[own] = term.forces(displacement, unknowns[own])
-            else:
-                force = term.force(displacement)
+        residual = {name: each.zero() for name, each in self.fields.items()}
+        sums: dict[Role, dict[str, Floats]] = {}
+        of_globals = np.zeros_like(self.global_scale)
+        for number, (term, own) in enumerate(self._of(x)):
+            part = term.evaluate(own)
+            of_globals[self._slices[number]] = part.globals
             if self.kept is not None:
-                self.kept[number] = force
-            residual += force
-            if term.role is Role.LOAD:
-                load -= force
-            elif term.role is Role.SOIL:
-                soil += force
-            elif term.role is Role.INERTIA:
-                inertia += force
-        return Forces(residual, load, soil, inertia, global_residual)
+                force = part.of.get(DISPLACEMENT)
+                self.kept[number] = self._zero() if force is None else force
+            for name, values in part.of.items():
+                residual[name] += values
+                if term.role in SIZES:
+                    of_role = sums.setdefault(term.role, {})
+                    of_role[name] = of_role[name] + values if name in of_role else values
+        return Residual(residual, of_globals, sums)
 
-    def fill_stiffness(self, displacement: Floats, blocks: Floats) -> None:
-        """Sets node blocks (blocks, dim, dim) to the derivative of the residual [force/length].
+    def linearise(self, x: Unknowns, matrix: BlockMatrix) -> None:
+        """Sets the matrix and its border to the derivative of the residual.
 
-        At the displacement of the last call of `forces`.
+        At the unknowns of the last evaluation.
         """
-        blocks.fill(0.0)
-        for term in self.terms:
-            term.add_stiffness(displacement, blocks)
+        matrix.clear()
+        for term, own in self._of(x):
+            term.assemble(own, matrix)
+        matrix.border = self.border(x)
 
-    def first_unknowns(self) -> Floats:
-        """Returns where the iteration for the global unknowns begins, shape (m,)."""
-        parts = [t.first_unknowns() for t in self.terms if isinstance(t, GlobalUnknowns)]
-        return np.concatenate([np.zeros(0), *parts])
+    def schur(self, x: Unknowns, matrix: BlockMatrix) -> dict[str, Floats]:
+        """Returns, by field, what is left of the matrix without the displacement, roughly.
 
-    def unknowns(self, values: Floats) -> list[tuple[GlobalUnknowns, Floats]]:
+        As `CoupledSystem.schur`; at the unknowns of the last evaluation and its matrix.
+        """
+        others = [name for name in self.fields if name != DISPLACEMENT]
+        found = {name: matrix[name, name].values.copy() for name in others}
+        for term, own in self._of(x) if others else ():
+            term.add_schur(own, found)
+        return found
+
+    def of_bodies(self, values: Floats) -> list[tuple[GlobalUnknowns, Floats]]:
         """Returns the terms with global unknowns, and these of all terms (m,) term by term."""
         return [
             (term, values[own])
@@ -171,16 +228,16 @@ class Balance:
         moved = [term.come_down() for term in self.terms if isinstance(term, GlobalUnknowns)]
         return any(moved)
 
-    def start(self, unknowns: Floats, size: float) -> None:
+    def start(self, of_globals: Floats, size: float) -> None:
         """Hands out the accelerations at the start, see `GlobalUnknowns.start`.
 
-        unknowns: of all terms, shape (m,); size: of the first step [time].
+        of_globals: of all terms, shape (m,); size: of the first step [time].
         """
-        for term, own in self.unknowns(unknowns):
+        for term, own in self.of_bodies(of_globals):
             term.start(own, size)
 
     def begin_at_guess(self) -> None:
-        """Tells the terms that the next displacement is a guess."""
+        """Tells the terms that the next unknowns are a guess."""
         for term in self.terms:
             if isinstance(term, GlobalUnknowns):
                 term.begin_at_guess()
@@ -190,74 +247,76 @@ class Balance:
         for term in self.terms:
             term.restart(changes)
 
-    def begin(self, displacement: Floats, unknowns: Floats | None = None) -> None:
-        """Begins a solution at a displacement; arguments as of `forces`."""
-        if unknowns is None:
-            unknowns = np.zeros_like(self.global_scale)
-        for term, own in zip(self.terms, self._slices, strict=True):
-            term.begin(displacement, unknowns[own])
+    def begin(self, x: Unknowns) -> None:
+        """Begins a solution at these unknowns."""
+        for term, own in self._of(x):
+            term.begin(own)
 
-    def adapt(self, displacement: Floats) -> bool:
-        """Returns whether a term changed at a displacement, so that its forces are others."""
-        changed = [term.adapt(displacement) for term in self.terms]
+    def adapt(self, x: Unknowns) -> bool:
+        """Returns whether a term changed, so that its residual is another one."""
+        changed = [term.adapt(own) for term, own in self._of(x)]
         return self.comm.max(float(any(changed))) > 0.0
 
     def linearised(self) -> None:
-        """Tells the terms that the matrix is that at the last displacement."""
+        """Tells the terms that the matrix is that at the last unknowns."""
         for term in self.terms:
             term.linearised()
 
-    def revise(self, displacement: Floats) -> bool:
-        """Returns whether a term changed at a converged displacement, so that it is none any more.
+    def revise(self, x: Unknowns) -> bool:
+        """Returns whether a term changed at a solution, so that it is none any more.
 
         Raises:
             StepFailed: a term does not settle.
         """
-        changed = [term.revise(displacement) for term in self.terms]
+        changed = [term.revise(own) for term, own in self._of(x)]
         return self.comm.max(float(any(changed))) > 0.0
 
-    def refine(self, displacement: Floats) -> float:
+    def refine(self, x: Unknowns) -> float:
         """Makes terms more exact at a solution; returns how much, see `AssembledTerm.refine`."""
-        return self.comm.max(max(term.refine(displacement) for term in self.terms))
+        return self.comm.max(max(term.refine(own) for term, own in self._of(x)))
 
-    def check(self, displacement: Floats) -> list[Any]:
+    def check(self, x: Unknowns) -> list[Any]:
         """Checks that all terms can commit a converged step; returns what `commit` needs of it.
 
         Raises:
             StepFailed: a term cannot commit the step.
         """
-        return [term.check(displacement) for term in self.terms]
+        return [term.check(own) for term, own in self._of(x)]
 
-    def commit(self, displacement: Floats, checked: Sequence[Any]) -> None:
-        """Commits a converged step in all terms.
+    def commit(self, x: Unknowns, checked: Sequence[Any]) -> None:
+        """Commits a converged step in all terms; checked: what `check` has returned for it."""
+        for (term, own), of_term in zip(self._of(x), checked, strict=True):
+            term.commit(own, of_term)
 
-        displacement: shape (nodes, dim). checked: what `check` has returned for it.
-        """
-        for term, own in zip(self.terms, checked, strict=True):
-            term.commit(displacement, own)
-
-    def border(self, displacement: Floats, unknowns: Floats) -> Border | None:
+    def border(self, x: Unknowns) -> Border | None:
         """Returns the border of the matrix for the global unknowns; None without such unknowns.
 
-        At the displacement and the unknowns of the last call of `forces`.
+        At the unknowns of the last evaluation.
         """
         total = len(self.global_scale)
         if total == 0:
             return None
-        columns, rows = (np.zeros((total, *displacement.shape)) for _ in range(2))
+        columns, rows = (np.zeros((total, *x.u.shape)) for _ in range(2))
         corner = np.zeros((total, total))
         for term, own in zip(self.terms, self._slices, strict=True):
             if isinstance(term, GlobalUnknowns):
-                border = term.border(displacement, unknowns[own])
+                border = term.border(x.u, x.globals[own])
                 columns[own], rows[own] = border.columns, border.rows
                 corner[own, own] = border.corner
         return Border(columns, rows, corner, self.global_scale)
 
-    def round_off(self, displacement: Floats) -> float:
-        """Returns the norm of the residual that round-off may cause in stiff terms [force]."""
-        total = self._sum(term.magnitude(displacement) for term in self.terms)
-        own = self.active.owned
-        return float(np.finfo(np.float64).eps * norm(self.comm, total[own]))
+    def round_off(self, x: Unknowns, fields: Iterable[Field]) -> float:
+        """Returns the norm of the residual of fields that round-off may cause in stiff terms.
+
+        fields: of one equation, in the unit of its residual.
+        """
+        sizes = [term.magnitude(own) for term, own in self._of(x)]
+        total = 0.0
+        for each in fields:
+            parts = [size[each.name] for size in sizes if each.name in size]
+            summed = sum(parts, each.zero())
+            total = float(np.hypot(total, norm(self.comm, each.over_scale(summed)[each.owned])))
+        return float(np.finfo(np.float64).eps * total)
 
     def exact_nodes(self) -> list[Flags]:
         """Returns nodes whose equations an iterative solver may solve exactly, (nodes,) each.

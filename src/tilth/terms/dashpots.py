@@ -15,6 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from tilth import _core
+from tilth.algebra.unknowns import Unknowns
 from tilth.arrays import Floats
 from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.pattern import Elements, same_starts
@@ -22,8 +23,9 @@ from tilth.mpm.quadrature import PointsInCells
 from tilth.terms.inertia import AssembledInertia, Inertia
 from tilth.terms.linear import Coupling
 from tilth.terms.outcome import Outcome, Work
-from tilth.terms.protocol import AssembledTerm, NodeLists, Role, Term
+from tilth.terms.protocol import DisplacementTerm, Role, Term
 from tilth.terms.released import Release
+from tilth.terms.space import Coupled, Space
 
 
 class Dashpots(Term):
@@ -54,21 +56,21 @@ class Dashpots(Term):
         self._coupling = Coupling(at.node, matrix, np.zeros(matrix.shape[:2] + matrix.shape[-1:]))
 
     @property
-    def coupled(self) -> list[NodeLists]:
+    def coupled(self) -> list[Coupled]:
         """As `Term.coupled`: the nodes of each cell."""
-        return [(same_starts(self._coupling.node), self._coupling.node.ravel())]
+        return [Coupled(same_starts(self._coupling.node), self._coupling.node.ravel())]
 
-    def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledDashpots:
+    def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledDashpots:
         """As `Term.assembled`."""
         (own,) = elements
         inertia = self._inertia.in_matrix
         assert inertia is not None
         return AssembledDashpots(
-            self.name, self._coupling, active, own, self._outcrop, inertia, self._held
+            self.name, self._coupling, space.active, own, self._outcrop, inertia, self._held
         )
 
 
-class AssembledDashpots(AssembledTerm):
+class AssembledDashpots(DisplacementTerm):
     """`Dashpots` in the matrix's pattern: a force that is linear in the displacement."""
 
     role = Role.INERTIA
@@ -115,10 +117,10 @@ class AssembledDashpots(AssembledTerm):
             matrix = by_displacement * self._coupling.matrix
             _core.add_dense_blocks(self._elements, matrix, blocks)
 
-    def outcome(self, displacement: Floats) -> Outcome:
+    def outcome(self, x: Unknowns) -> Outcome:
         """As `AssembledTerm.outcome`: its force on the soil, and what leaves through it."""
-        work = Work(radiated=self.radiated_work(displacement))
-        return Outcome({self.name: self.on_soil(displacement)}, work)
+        work = Work(radiated=self.radiated_work(x.u))
+        return Outcome({self.name: self.on_soil(x.u)}, work)
 
     def radiated_work(self, displacement: Floats) -> float:
         """Returns the energy that leaves in the step less what comes in [force length]."""

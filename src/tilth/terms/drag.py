@@ -19,7 +19,8 @@ from tilth.arrays import Floats
 from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.pattern import Elements
 from tilth.mpm.soil import Soil
-from tilth.terms.protocol import AssembledTerm, Term
+from tilth.terms.protocol import AssembledTerm, DisplacementTerm, Term
+from tilth.terms.space import Space
 
 
 @dataclass
@@ -47,12 +48,12 @@ class Drag(Term):
         shape = (soil.active.nodes, soil.active.grid.dim)
         return cls(soil, np.zeros(shape[0]), np.zeros(shape))
 
-    def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledTerm:
+    def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledTerm:
         """As `Term.assembled`."""
-        return _Drag(self, active)
+        return _Drag(self, space.active)
 
 
-class _Drag(AssembledTerm):
+class _Drag(DisplacementTerm):
     label = "drag"
 
     def __init__(self, drag: Drag, active: ActiveGrid) -> None:

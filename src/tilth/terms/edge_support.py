@@ -26,12 +26,14 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
+from tilth.algebra.unknowns import Unknowns
 from tilth.arrays import Floats, Integers, require_table
 from tilth.grid.keys import find_keys
 from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.pattern import Elements, same_starts
 from tilth.terms.ghost import DECAY_MOTION, Faces
-from tilth.terms.protocol import AssembledTerm, NodeLists, Role, Term
+from tilth.terms.protocol import AssembledTerm, DisplacementTerm, Role, Term
+from tilth.terms.space import Coupled, Space
 from tilth.terms.unheld_weight import STIFFNESS
 
 SHARE = 0.3
@@ -142,16 +144,18 @@ class SupportForces(Term):
         self.support, self.parts = support, parts
 
     @property
-    def coupled(self) -> list[NodeLists]:
+    def coupled(self) -> list[Coupled]:
         """As `Term.coupled`."""
-        return [(same_starts(each.faces.node), each.faces.node.ravel()) for each in self.parts]
+        return [
+            Coupled(same_starts(each.faces.node), each.faces.node.ravel()) for each in self.parts
+        ]
 
-    def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledTerm:
+    def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledTerm:
         """As `Term.assembled`."""
         return _AssembledSupport(self, list(zip(self.parts, elements, strict=True)))
 
 
-class _AssembledSupport(AssembledTerm):
+class _AssembledSupport(DisplacementTerm):
     role = Role.STABILISATION
     label = "edge support"
 
@@ -178,5 +182,5 @@ class _AssembledSupport(AssembledTerm):
             matrix -= np.einsum("f,fai,fbj->fabij", softer, product, product)
             _core.add_dense_blocks(elements, np.ascontiguousarray(matrix), blocks)
 
-    def commit(self, displacement: Floats, checked: None) -> None:
-        self._term.support.commit(self._term.parts, displacement)
+    def commit(self, x: Unknowns, checked: None) -> None:
+        self._term.support.commit(self._term.parts, x.u)

@@ -18,6 +18,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tilth.algebra.field import DISPLACEMENT
+from tilth.algebra.unknowns import Unknowns
 from tilth.arrays import Flags, Floats
 from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.mass import ConsistentMass
@@ -26,7 +28,8 @@ from tilth.mpm.soil import Soil
 from tilth.terms.ghost import Faces
 from tilth.terms.motion import Motion
 from tilth.terms.outcome import Outcome, Work
-from tilth.terms.protocol import AssembledTerm, NodeLists, Role, Term
+from tilth.terms.protocol import DisplacementTerm, Role, Term
+from tilth.terms.space import Coupled, Space
 
 GHOST_MASS = 1.0 / 12.0
 """Factor of the ghost mass, rho h^3 int [du/dn] [dw/dn] over a face of an empty cell: Coombs (2022)
@@ -150,19 +153,19 @@ class Inertia(Term):
         return np.ones(len(self._constrained), dtype=bool)
 
     @property
-    def coupled(self) -> list[NodeLists]:
+    def coupled(self) -> list[Coupled]:
         """As `Term.coupled`: the nodes of faces with ghost mass."""
-        return [(same_starts(each.node), each.node.ravel()) for each in self._faces]
+        return [Coupled(same_starts(each.node), each.node.ravel()) for each in self._faces]
 
-    def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledInertia:
+    def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledInertia:
         """As `Term.assembled`."""
         ghost = [
             (each, faces.unit, faces.which, mass)
             for each, faces, mass in zip(elements, self._faces, self._ghost_masses(), strict=True)
         ]
-        mass = ConsistentMass(self._soil, self._mass, active, ghost)
+        mass = ConsistentMass(self._soil, self._mass, space.active, ghost)
         self.in_matrix = AssembledInertia(
-            self._soil, mass, active, self._step, self._damping, self._constrained,
+            self._soil, mass, space.active, self._step, self._damping, self._constrained,
             self._increment, self._base,
         )  # fmt: skip
         return self.in_matrix
@@ -187,7 +190,7 @@ class Inertia(Term):
         ]
 
 
-class AssembledInertia(AssembledTerm):
+class AssembledInertia(DisplacementTerm):
     """`Inertia` in the matrix's pattern: a force that is linear in the displacement.
 
     Attributes:
@@ -287,20 +290,20 @@ class AssembledInertia(AssembledTerm):
             blocks[:, k, k] += scaled
             blocks[self._pattern.diagonal, k, k] += shift
 
-    def magnitude(self, displacement: Floats) -> Floats:
+    def magnitude(self, x: Unknowns) -> dict[str, Floats]:
         """As `AssembledTerm.magnitude`."""
         _, factor = self._integration.derivatives(self._size)
-        moved = np.abs(displacement) + self._size * np.abs(self.before.velocity)
-        return np.asarray(factor * self._mass.times(moved))
+        moved = np.abs(x.u) + self._size * np.abs(self.before.velocity)
+        return {DISPLACEMENT: np.asarray(factor * self._mass.times(moved))}
 
-    def outcome(self, displacement: Floats) -> Outcome:
+    def outcome(self, x: Unknowns) -> Outcome:
         """As `AssembledTerm.outcome`: what damping, time integration and ghost mass take."""
         work = Work(
-            damping=self.damping_work(displacement),
-            integration=self.integration_work(displacement),
-            stabilisation=self.ghost_energy(displacement),
+            damping=self.damping_work(x.u),
+            integration=self.integration_work(x.u),
+            stabilisation=self.ghost_energy(x.u),
         )
-        return Outcome(work=work, ghost_force=self.ghost_force(displacement))
+        return Outcome(work=work, ghost_force=self.ghost_force(x.u))
 
     def local_error(self, displacement: Floats) -> Floats:
         """Returns the local error of the points' displacements [length], shape (n, dim).
@@ -348,12 +351,12 @@ class AssembledInertia(AssembledTerm):
         change = self.after(displacement).velocity - self.before.velocity
         return 0.5 * self._pattern.work(self._mass.ghost_times(change), change)
 
-    def commit(self, displacement: Floats, checked: None) -> None:
+    def commit(self, x: Unknowns, checked: None) -> None:
         """As `AssembledTerm.commit`: the points get the nodes' velocities or their increments.
 
         The accelerations are those of the grid.
         """
-        motion, after = self._soil.points.motion, self.after(displacement)
+        motion, after = self._soil.points.motion, self.after(x.u)
         if self._settles:
             motion[:, 0] = self._soil.interpolate(after.velocity)
             motion[:, 1:] = 0.0

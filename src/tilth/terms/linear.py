@@ -11,10 +11,12 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth import _core
+from tilth.algebra.field import DISPLACEMENT
+from tilth.algebra.unknowns import Unknowns
 from tilth.arrays import Flags, Floats, Integers
-from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.pattern import Elements, same_starts
-from tilth.terms.protocol import AssembledTerm, NodeLists, Role, Term
+from tilth.terms.protocol import DisplacementTerm, Role, Term
+from tilth.terms.space import Coupled, Space
 
 
 class LinearElements(Protocol):
@@ -146,24 +148,24 @@ class LinearForces(Term):
         self._commit, self._role, self._label = commit, role, label
 
     @property
-    def coupled(self) -> list[NodeLists]:
+    def coupled(self) -> list[Coupled]:
         """As `Term.coupled`."""
-        return [(each.node_start, each.node.ravel()) for each in self._couplings]
+        return [Coupled(each.node_start, each.node.ravel()) for each in self._couplings]
 
     def held_nodes(self) -> Flags | None:
         """As `Term.held_nodes`."""
         return self._held
 
-    def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledLinearForces:
+    def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledLinearForces:
         """As `Term.assembled`."""
         parts = list(zip(self._couplings, elements, strict=True))
-        constant = np.zeros((active.nodes, active.grid.dim))
+        constant = np.zeros((space.active.nodes, space.active.grid.dim))
         if self._constant is not None:
             constant += self._constant
         return AssembledLinearForces(parts, constant, self._commit, self._role, self._label)
 
 
-class AssembledLinearForces(AssembledTerm):
+class AssembledLinearForces(DisplacementTerm):
     """`LinearForces` in the matrix's pattern.
 
     Args:
@@ -197,20 +199,20 @@ class AssembledLinearForces(AssembledTerm):
             coupling.add_product(elements, displacement, force)
         return force
 
-    def commit(self, displacement: Floats, checked: None) -> None:
+    def commit(self, x: Unknowns, checked: None) -> None:
         """As `AssembledTerm.commit`."""
-        self._commit(displacement)
+        self._commit(x.u)
 
     def constant_force(self) -> Floats:
         """As `AssembledTerm.constant_force`."""
         return self.constant
 
-    def magnitude(self, displacement: Floats) -> Floats:
+    def magnitude(self, x: Unknowns) -> dict[str, Floats]:
         """As `AssembledTerm.magnitude`."""
-        terms, magnitude = np.abs(self.constant), np.abs(displacement)
+        terms, magnitude = np.abs(self.constant), np.abs(x.u)
         for coupling, elements in self._parts:
             coupling.add_product(elements, magnitude, terms, magnitude=True)
-        return terms
+        return {DISPLACEMENT: terms}
 
     def joined_nodes(self) -> Flags:
         """As `AssembledTerm.joined_nodes`: the nodes of row couplings."""

@@ -8,14 +8,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from tilth.arrays import Floats
-from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.pattern import Elements
 from tilth.mpm.soil import Soil
 from tilth.terms.loads import Loads
-from tilth.terms.protocol import AssembledTerm, Role, Term
+from tilth.terms.protocol import AssembledTerm, DisplacementTerm, Role, Term
+from tilth.terms.space import Space
 
 
-class PointLoads(Term, AssembledTerm):
+class PointLoads(Term, DisplacementTerm):
     """The loads on the points in a step, independent of the displacement.
 
     Args:
@@ -34,7 +34,7 @@ class PointLoads(Term, AssembledTerm):
             for time in (before, after)
         )
 
-    def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledTerm:
+    def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledTerm:
         """As `Term.assembled`."""
         return self
 

@@ -10,45 +10,50 @@ Newton's iteration is the sum of their derivatives. A step has three phases:
    derivative in each iteration.
 
 In the last phase a term is asked its force and derivative anywhere and as often as one likes: this
-changes no state. What belongs to one displacement, such as trial stresses, lasts until the next
-call of `force`; all calls "at the displacement of the last call of `force`" use it. State changes
-only in
+changes no state. What belongs to one evaluation, such as trial stresses, lasts until the next call
+of `evaluate`; all calls "at the unknowns of the last evaluation" use it. State changes only in
 
-* `restart`, before a step is solved once more, and `begin`, at a solution's first displacement;
+* `restart`, before a step is solved once more, and `begin`, at a solution's first unknowns;
 * `adapt`, before a linearisation, and `linearised`, after a matrix was really filled;
 * `revise` and `refine`, at an equilibrium;
 * `commit`, once the step has converged and every term's `check` has passed.
 
-`GlobalUnknowns` are terms with unknowns that belong to no node, such as the motion of a rigid body.
+A `DisplacementTerm` has forces on the displacement's nodes that depend on nothing but it; a term of
+other fields tells by their names what it adds to their residuals, and to which blocks of the
+matrix. `GlobalUnknowns` are terms with unknowns that belong to no node, such as the motion of a
+rigid body.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from enum import Enum, auto
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
+from tilth.algebra.block_matrix import BlockMatrix, Pair
 from tilth.algebra.border import Border
+from tilth.algebra.field import DISPLACEMENT
+from tilth.algebra.unknowns import Unknowns
 from tilth.arrays import Flags, Floats
-from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.pattern import Elements
 from tilth.terms.motion import NodalMotion
 from tilth.terms.outcome import Outcome
-
-NodeLists = tuple[npt.NDArray[np.int64], npt.NDArray[np.int32]]
-"""First entry of each element, shape (elements + 1,), and node numbers, shape (entries,)."""
+from tilth.terms.space import OF_DISPLACEMENT, Coupled, Space
 
 
 class Role(Enum):
-    """The sum of forces, for the scale of the residual and for the energies, that a term is of."""
+    """The sum, for the scale of the residual and for the energies, that a term is of."""
 
     SOIL = auto()
     LOAD = auto()
     INERTIA = auto()
+    STORAGE = auto()
+    """What a field that flows leaves in the soil."""
+    FLOW = auto()
+    """What of it flows, and its force on the soil."""
     STABILISATION = auto()
     CONTACT = auto()
     """Of soil with boundaries and rigid bodies."""
@@ -68,11 +73,15 @@ class Changes(Enum):
     """At equilibria, one part of a term at a time."""
 
 
+SIZES = frozenset({Role.SOIL, Role.LOAD, Role.INERTIA, Role.STORAGE, Role.FLOW})
+"""Sums that the residual of an equation is compared with."""
+
+
 class AssembledTerm(ABC):
     """A term with known positions in the matrix.
 
     Attributes:
-        role: the sum of forces to which it belongs.
+        role: the sum to which it belongs.
         label: what it is, in the words of a table for the user; if empty the name of its class.
     """
 
@@ -80,21 +89,35 @@ class AssembledTerm(ABC):
     label = ""
 
     @abstractmethod
-    def force(self, displacement: Floats) -> Floats:
-        """Returns its part of the residual for a nodal displacement of the step, (nodes, dim).
+    def evaluate(self, x: Unknowns) -> Unknowns:
+        """Returns its parts of the residuals of the fields it acts on, internal minus external.
 
-        Internal minus external force [force]. The caller may change the array. Nothing but what
-        belongs to this displacement changes.
+        Args:
+            x: all fields; of the global unknowns its own, none but for `GlobalUnknowns`.
+
+        Returns:
+            Arrays of the shapes of these fields, and residuals of its own global unknowns. The
+            caller does not change them. Nothing but what belongs to this evaluation changes.
 
         Raises:
-            StepFailed: the force is not defined at this displacement.
+            StepFailed: it is not defined there.
         """
 
     @abstractmethod
-    def add_stiffness(self, displacement: Floats, blocks: Floats) -> None:
-        """Adds the derivative of `force` to the node blocks (blocks, dim, dim) [force/length].
+    def assemble(self, x: Unknowns, matrix: BlockMatrix) -> None:
+        """Adds the derivatives of `evaluate` to the blocks of the matrix.
 
-        At the displacement of the last call of `force`; changes nothing.
+        At the unknowns of the last evaluation; changes nothing. The border is that of
+        `GlobalUnknowns.border`.
+        """
+
+    def add_schur(self, x: Unknowns, schur: Mapping[str, Floats]) -> None:  # noqa: B027
+        """Adds to each other field's own block what elimination of the displacement adds to it.
+
+        An approximation for the preconditioner of an iterative solver, see `CoupledSystem.schur`;
+        nothing by default. At the unknowns of the last evaluation.
+
+        schur: blocks by the names of fields, shape (entries, components, components).
         """
 
     def restart(self, changes: Changes) -> None:  # noqa: B027
@@ -105,23 +128,21 @@ class AssembledTerm(ABC):
         changes: how it changes in this attempt.
         """
 
-    def begin(self, displacement: Floats, unknowns: Floats) -> None:  # noqa: B027
-        """Determines what stays fixed from the first displacement of a solution on.
+    def begin(self, x: Unknowns) -> None:  # noqa: B027
+        """Determines what stays fixed from the first unknowns of a solution on.
 
-        Before its first call of `force`, at these values. Without `restart` before it the solution
+        Before its first evaluation, at these values. Without `restart` before it the solution
         goes on from the last one, as in the pseudo-steps of soil that creeps.
 
-        Args:
-            displacement: of the nodes [length], shape (nodes, dim): 0 where prescribed ones have
-                yet to move, even if there is a guess.
-            unknowns: its global unknowns' increments, shape (m,); m = 0 but for `GlobalUnknowns`.
+        x: at the start of the step where prescribed values have yet to change, even if there is a
+            guess.
         """
 
-    def adapt(self, displacement: Floats) -> bool:
+    def adapt(self, x: Unknowns) -> bool:
         """Determines anew, before each linearisation, what is fixed while a correction is tried.
 
         Such as which points of a surface are active in contact; only where changes are careful. At
-        the displacement of the last call of `force`.
+        the unknowns of the last evaluation.
 
         Returns:
             Whether something changed: the forces are then others.
@@ -129,15 +150,15 @@ class AssembledTerm(ABC):
         return False
 
     def linearised(self) -> None:  # noqa: B027
-        """Takes note that the matrix is that at the displacement of the last call of `force`.
+        """Takes note that the matrix is that at the unknowns of the last evaluation.
 
         Only where it was filled there: an iteration that keeps the last matrix does not say so.
         """
 
-    def revise(self, displacement: Floats) -> bool:
-        """Determines anew, at a converged displacement, what is fixed during the iteration.
+    def revise(self, x: Unknowns) -> bool:
+        """Determines anew, at a solution, what is fixed during the iteration.
 
-        At the displacement of the last call of `force`.
+        At the unknowns of the last evaluation.
 
         Returns:
             Whether something changed: the balance must then be solved again.
@@ -147,10 +168,10 @@ class AssembledTerm(ABC):
         """
         return False
 
-    def refine(self, displacement: Floats) -> float:
+    def refine(self, x: Unknowns) -> float:
         """Makes the term more exact at a solution, where the iteration asks for it.
 
-        At the displacement of the last call of `force`.
+        At the unknowns of the last evaluation.
 
         Returns:
             How much it changed; at most 1 if it did not, because it is exact enough. Else the
@@ -158,22 +179,22 @@ class AssembledTerm(ABC):
         """
         return 0.0
 
-    def check(self, displacement: Floats) -> Any:  # noqa: B027
-        """Checks that the displacement of a converged step can be committed; changes nothing.
+    def check(self, x: Unknowns) -> Any:  # noqa: B027
+        """Checks that a converged step can be committed; changes nothing.
 
         Returns:
             What `commit` needs of what it has computed.
 
         Raises:
-            StepFailed: the displacement cannot be committed.
+            StepFailed: it cannot.
         """
 
-    def commit(self, displacement: Floats, checked: Any) -> None:  # noqa: B027
+    def commit(self, x: Unknowns, checked: Any) -> None:  # noqa: B027
         """Stores the state at the end of a converged step as that at the start of the next step.
 
-        At the displacement of the last call of `force`. Terms are committed in any order.
+        At the unknowns of the last evaluation. Terms are committed in any order.
 
-        checked: what its `check` has returned for this displacement.
+        checked: what its `check` has returned for them.
         """
 
     @property
@@ -181,10 +202,10 @@ class AssembledTerm(ABC):
         """The motion of the nodes, of a term that integrates it over time; None for all others."""
         return None
 
-    def outcome(self, displacement: Floats) -> Outcome | None:
+    def outcome(self, x: Unknowns) -> Outcome | None:
         """Returns forces, work and state of contact of a converged step; None if it has none.
 
-        At the displacement of the last call of `force`, before the step is committed.
+        At the unknowns of the last evaluation, before the step is committed.
         """
         return None
 
@@ -207,31 +228,57 @@ class AssembledTerm(ABC):
         """Returns a linear term's force at zero displacement [force], (nodes, dim), or None."""
         return None
 
-    def magnitude(self, displacement: Floats) -> Floats | None:
-        """Returns the sum of the absolute values of the summands of `force` [force], (nodes, dim).
+    def magnitude(self, x: Unknowns) -> Mapping[str, Floats]:
+        """Returns the sums of the absolute values of the summands of `evaluate`, by field.
 
-        The round-off error of the force is proportional to it. None if the force is no larger than
+        The round-off error is proportional to it. None of a field where its part is no larger than
         that of the soil.
         """
-        return None
+        return {}
 
     def joined_nodes(self) -> Flags | None:
-        """Returns which nodes it couples beyond their cells, shape (nodes,); None for none."""
+        """Returns which nodes of the grid it couples beyond their cells, (nodes,), or None."""
         return None
 
     def yielding_nodes(self) -> Flags | None:
-        """Returns which nodes belong to yielding material, shape (nodes,); None for none.
+        """Returns which nodes of the grid belong to yielding material, (nodes,); None for none.
 
-        At the displacement of the last call of `force`.
+        At the unknowns of the last evaluation.
         """
         return None
 
 
-class GlobalUnknowns(AssembledTerm):
+class DisplacementTerm(AssembledTerm):
+    """A term of the displacement alone: forces on its nodes, and their derivatives by it."""
+
+    @abstractmethod
+    def force(self, displacement: Floats) -> Floats:
+        """Returns its part of the residual for a nodal displacement of the step, (nodes, dim).
+
+        Internal minus external force [force]; see `evaluate`.
+        """
+
+    @abstractmethod
+    def add_stiffness(self, displacement: Floats, blocks: Floats) -> None:
+        """Adds the derivative of `force` to the node blocks (blocks, dim, dim) [force/length].
+
+        At the displacement of the last call of `force`; changes nothing.
+        """
+
+    def evaluate(self, x: Unknowns) -> Unknowns:
+        """As `AssembledTerm.evaluate`."""
+        return Unknowns({DISPLACEMENT: self.force(x.u)})
+
+    def assemble(self, x: Unknowns, matrix: BlockMatrix) -> None:
+        """As `AssembledTerm.assemble`."""
+        self.add_stiffness(x.u, matrix[OF_DISPLACEMENT].values)
+
+
+class GlobalUnknowns(DisplacementTerm):
     """An assembled term with m unknowns of its own that belong to no node, and their equations.
 
     The unknowns are increments, zero at the start of each step; the term itself stores their total
-    values. An iteration calls `forces` instead of `force`.
+    values.
 
     Attributes:
         scale: factor of each unknown for comparison with displacements, see `Border.scale`, (m,).
@@ -286,16 +333,29 @@ class GlobalUnknowns(AssembledTerm):
         """
 
     def force(self, displacement: Floats) -> Floats:
-        """As `AssembledTerm.force`, for zero unknowns."""
+        """As `DisplacementTerm.force`, for zero unknowns."""
         return self.forces(displacement, np.zeros_like(self.scale))[0]
+
+    def evaluate(self, x: Unknowns) -> Unknowns:
+        """As `AssembledTerm.evaluate`."""
+        nodal, own = self.forces(x.u, x.globals)
+        return Unknowns({DISPLACEMENT: nodal}, own)
 
 
 class Term(ABC):
-    """A force of the balance in one step, on the grid of this step."""
+    """A part of the balance in one step, on the grid of this step."""
 
     @property
-    def coupled(self) -> Sequence[NodeLists]:
+    def coupled(self) -> Sequence[Coupled]:
         """Nodes that its derivative couples, except those that have a material point in common."""
+        return ()
+
+    @property
+    def pairs_at_points(self) -> Sequence[Pair]:
+        """Pairs of fields that its derivative couples, both ways, at material points.
+
+        Of the displacement with itself they are always coupled.
+        """
         return ()
 
     def held_nodes(self) -> Flags | None:
@@ -303,12 +363,13 @@ class Term(ABC):
         return None
 
     @abstractmethod
-    def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledTerm:
-        """Returns the assembled term in the pattern of a grid.
+    def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledTerm:
+        """Returns the assembled term in the pattern of the matrix.
 
         Args:
-            active: the grid of the step, with the pattern of all terms.
-            elements: positions of the blocks of each of `coupled` in the matrix.
+            space: the fields of the step and the patterns of their blocks.
+            elements: positions of the blocks of each of `coupled` that is of the displacement
+                alone; `Space.blocks_of` finds those of the others.
         """
 
 

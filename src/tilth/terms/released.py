@@ -19,13 +19,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from tilth.algebra.unknowns import Unknowns
 from tilth.arrays import Floats, Integers, require_table
 from tilth.comm import from_owners
 from tilth.model.load_curve import LoadCurve
 from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.pattern import Elements
 from tilth.mpm.quadrature import locate_in_cells, near_process, near_soil
-from tilth.terms.protocol import AssembledTerm, Role, Term
+from tilth.terms.protocol import AssembledTerm, DisplacementTerm, Role, Term
+from tilth.terms.space import Space
 
 LAYERS = 2
 """Layers of cells around a process' own from where forces act on its nodes, see `SurfaceLoads`."""
@@ -77,7 +79,7 @@ class ReleasedForces:
         self.overlay = state["overlay"]
 
 
-class Release(Term, AssembledTerm):
+class Release(Term, DisplacementTerm):
     """The forces not yet released in a step, independent of the displacement.
 
     As far as they act on the nodes of this process. A force more than a cell away from any soil is
@@ -104,7 +106,7 @@ class Release(Term, AssembledTerm):
         self._before = released.remaining(before) * force
         self._after = released.remaining(after) * force
 
-    def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledTerm:
+    def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledTerm:
         """As `Term.assembled`."""
         return self
 
@@ -119,9 +121,9 @@ class Release(Term, AssembledTerm):
         """As `AssembledTerm.load_before`."""
         return self._before
 
-    def commit(self, displacement: Floats, checked: None) -> None:
+    def commit(self, x: Unknowns, checked: None) -> None:
         """As `AssembledTerm.commit`: the forces move with the soil; all processes know them all."""
         position = self._released.position.copy()
         mine = near_process(self._active, position)
-        position[self._number] += self._at.interpolate(displacement)
+        position[self._number] += self._at.interpolate(x.u)
         self._released.position = from_owners(self._active.comm, mine, position[mine])

@@ -5,12 +5,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from tilth.algebra.unknowns import Unknowns
 from tilth.arrays import Flags, Floats
 from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.domains import MovedDomains
 from tilth.mpm.pattern import Elements
 from tilth.mpm.soil import Soil
-from tilth.terms.protocol import AssembledTerm, Changes, Role, Term
+from tilth.terms.protocol import AssembledTerm, Changes, DisplacementTerm, Role, Term
+from tilth.terms.space import Space
 
 
 class SoilForces(Term):
@@ -19,12 +21,12 @@ class SoilForces(Term):
     def __init__(self, soil: Soil) -> None:
         self._soil = soil
 
-    def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledTerm:
+    def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledTerm:
         """As `Term.assembled`; the pattern always contains the couplings of the points' nodes."""
-        return _SoilForces(self._soil, active)
+        return _SoilForces(self._soil, space.active)
 
 
-class _SoilForces(AssembledTerm):
+class _SoilForces(DisplacementTerm):
     role = Role.SOIL
     label = "soil"
 
@@ -41,14 +43,14 @@ class _SoilForces(AssembledTerm):
     def restart(self, changes: Changes) -> None:
         self._soil.restart()
 
-    def refine(self, displacement: Floats) -> float:
+    def refine(self, x: Unknowns) -> float:
         return self._soil.refine()
 
-    def check(self, displacement: Floats) -> MovedDomains:
-        return self._soil.moved_domains(displacement)
+    def check(self, x: Unknowns) -> MovedDomains:
+        return self._soil.moved_domains(x.u)
 
-    def commit(self, displacement: Floats, checked: MovedDomains) -> None:
-        self._soil.advance(displacement, checked)
+    def commit(self, x: Unknowns, checked: MovedDomains) -> None:
+        self._soil.advance(x.u, checked)
 
     def yielding_nodes(self) -> Flags:
         return self._soil.yielding_nodes()

@@ -17,12 +17,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from tilth.algebra.unknowns import Unknowns
 from tilth.arrays import Floats
 from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.pattern import Elements
 from tilth.mpm.soil import Soil
 from tilth.terms.outcome import Outcome, Work
-from tilth.terms.protocol import AssembledTerm, Role, Term
+from tilth.terms.protocol import DisplacementTerm, Role, Term
+from tilth.terms.space import Space
 
 
 class StiffnessDamping(Term):
@@ -37,14 +39,12 @@ class StiffnessDamping(Term):
     def __init__(self, soil: Soil, factor: float, size: float) -> None:
         self._viscous = soil.without_strain(factor / size)
 
-    def assembled(
-        self, active: ActiveGrid, elements: Sequence[Elements]
-    ) -> AssembledStiffnessDamping:
+    def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledStiffnessDamping:
         """As `Term.assembled`; the pattern always contains the couplings of the points' nodes."""
-        return AssembledStiffnessDamping(self._viscous, active)
+        return AssembledStiffnessDamping(self._viscous, space.active)
 
 
-class AssembledStiffnessDamping(AssembledTerm):
+class AssembledStiffnessDamping(DisplacementTerm):
     """`StiffnessDamping` in the matrix's pattern."""
 
     role = Role.INERTIA
@@ -62,9 +62,9 @@ class AssembledStiffnessDamping(AssembledTerm):
         """As `AssembledTerm.add_stiffness`."""
         self._viscous.add_stiffness(self._pattern, blocks)
 
-    def outcome(self, displacement: Floats) -> Outcome:
+    def outcome(self, x: Unknowns) -> Outcome:
         """As `AssembledTerm.outcome`: what the damping takes."""
-        return Outcome(work=Work(damping=self.damping_work(displacement)))
+        return Outcome(work=Work(damping=self.damping_work(x.u)))
 
     def damping_work(self, displacement: Floats) -> float:
         """Returns the work of the forces in the step [force length]."""

@@ -21,7 +21,8 @@ from tilth.mpm.soil import Soil
 from tilth.mpm.water import PhreaticSurface, Planes, half_extents, wet_share
 from tilth.mpm.wet_mass import pore_mass, without_wet_density
 from tilth.terms.loads import Loads
-from tilth.terms.protocol import AssembledTerm, Role, Term
+from tilth.terms.protocol import AssembledTerm, DisplacementTerm, Role, Term
+from tilth.terms.space import Space
 
 
 @dataclass(frozen=True)
@@ -100,9 +101,9 @@ class WaterForces(Term):
                     point=int(points.point_id[dry]),
                 )
 
-    def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledTerm:
+    def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledTerm:
         """As `Term.assembled`; the pattern always contains the couplings of the points' nodes."""
-        return _WaterForces(self, active)
+        return _WaterForces(self, space.active)
 
     def force_before(self) -> Floats:
         """Returns the nodal force at the start of the step [force], shape (nodes, dim)."""
@@ -170,7 +171,7 @@ def _moment(surface: PhreaticSurface, loads: Loads, soil: Soil, time: float) -> 
     return _Moment(surface.unit_weight(time), planes, extents, weight)
 
 
-class _WaterForces(AssembledTerm):
+class _WaterForces(DisplacementTerm):
     role = Role.LOAD
     label = "water"
 

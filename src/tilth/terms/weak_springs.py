@@ -24,7 +24,8 @@ from tilth.arrays import Flags, Floats, Integers
 from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.pattern import Elements
 from tilth.mpm.soil import Soil
-from tilth.terms.protocol import AssembledTerm, Term
+from tilth.terms.protocol import AssembledTerm, DisplacementTerm, Term
+from tilth.terms.space import Space
 
 RELATIVE_STIFFNESS = 1e-8
 """Stiffness of a spring relative to Young's modulus times the cell's size to the power dim - 2."""
@@ -85,12 +86,12 @@ class WeakSprings(Term):
             loose &= ~held
         return cls(np.where(loose, RELATIVE_STIFFNESS * stiffness, 0.0), RELATIVE_SHIFT * stiffness)
 
-    def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledTerm:
+    def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledTerm:
         """As `Term.assembled`."""
-        return _WeakSprings(self, active.diagonal)
+        return _WeakSprings(self, space.active.diagonal)
 
 
-class _WeakSprings(AssembledTerm):
+class _WeakSprings(DisplacementTerm):
     label = "weak springs"
 
     def __init__(self, springs: WeakSprings, diagonal: Integers) -> None:

@@ -19,6 +19,8 @@ import numpy as np
 
 from tilth import _core
 from tilth.algebra.border import Border
+from tilth.algebra.field import DISPLACEMENT
+from tilth.algebra.unknowns import Unknowns
 from tilth.arrays import Flags, Floats
 from tilth.boundaries.contact.approach import FIRST_OVERLAP, distance_to_soil
 from tilth.boundaries.contact.between_bodies import BodyContact
@@ -134,7 +136,7 @@ class AssembledContact(GlobalUnknowns):
         evaluation = Evaluation(found, unknowns.copy())
         return evaluation.holding(self._patches) if self._may_hold else evaluation
 
-    def begin(self, displacement: Floats, unknowns: Floats) -> None:
+    def begin(self, x: Unknowns) -> None:
         """As `AssembledTerm.begin`.
 
         From here on contact may hold a free body, points of one that moves with inertia are active
@@ -142,11 +144,11 @@ class AssembledContact(GlobalUnknowns):
         """
         self._may_hold = self._is_held
         if self._moves_with_inertia:
-            gaps = [s.gaps(displacement, self._moved(s, unknowns)) for s in self._patches]
+            gaps = [s.gaps(x.u, self._moved(s, x.globals)) for s in self._patches]
             select_by_gaps(self._patches, gaps)
         if self._is_fixed:
             for patch in self._patches:
-                patch.fix(patch.slips(displacement, self._moved(patch, unknowns)))
+                patch.fix(patch.slips(x.u, self._moved(patch, x.globals)))
 
     def begin_at_guess(self) -> None:
         """As `GlobalUnknowns.begin_at_guess`: at first what was pressed stays in contact.
@@ -278,10 +280,10 @@ class AssembledContact(GlobalUnknowns):
         still = self._evaluate(zero, np.zeros_like(self.scale))
         return self._nodal_force([each.response.traction for each in still.surfaces])
 
-    def magnitude(self, displacement: Floats) -> Floats:
+    def magnitude(self, x: Unknowns) -> dict[str, Floats]:
         """As `AssembledTerm.magnitude`."""
-        total = np.zeros_like(displacement)
-        size = np.abs(displacement)
+        total = np.zeros_like(x.u)
+        size = np.abs(x.u)
         for patch, elements, each in self._each():
             rows = np.abs(patch.row)
             along = np.einsum("aei,ei->ea", rows, size[patch.node])
@@ -292,7 +294,7 @@ class AssembledContact(GlobalUnknowns):
             force = np.abs(patch.before) + stiffness[:, None] * slip
             spread = np.einsum("aei,ea->ei", rows, force[patch.entry_multiplier])
             _core.add_element_forces(elements, spread, total)
-        return total
+        return {DISPLACEMENT: total}
 
     def joined_nodes(self) -> Flags:
         """As `AssembledTerm.joined_nodes`."""
@@ -301,12 +303,12 @@ class AssembledContact(GlobalUnknowns):
             joined[patch.node] = True
         return joined
 
-    def adapt(self, displacement: Floats) -> bool:
+    def adapt(self, x: Unknowns) -> bool:
         """As `AssembledTerm.adapt`: points that soil has come to are active."""
         changed = False
         for patch, _, each in self._each():
             held = (each.response.closed & (patch.area > 0.0))[patch.part.multiplier]
-            gaps = patch.gaps(displacement, each.moved)
+            gaps = patch.gaps(x.u, each.moved)
             touches = gaps < np.where(held, OVERLAP, -OVERLAP) * self._cell
             new = touches & ~patch.active
             holes = ~touches & ~patch.active & held & (gaps < LARGEST_HOLE * self._cell)
@@ -351,12 +353,12 @@ class AssembledContact(GlobalUnknowns):
     def _is_cautious(self) -> bool:
         return self._changes is not Changes.USUAL
 
-    def revise(self, displacement: Floats) -> bool:
+    def revise(self, x: Unknowns) -> bool:
         """As `AssembledTerm.revise`: points that soil has come to are active; gaps are closed.
 
         What has turned round and sticks beyond its strength slides.
         """
-        changed = self.adapt(displacement) or self._is_guessed
+        changed = self.adapt(x) or self._is_guessed
         self._is_guessed = False
         if self._at.holds_one and not changed:
             assert self.body is not None
@@ -400,9 +402,9 @@ class AssembledContact(GlobalUnknowns):
         face = self._cell ** (self._active.grid.dim - 1)
         return np.asarray(extent <= LEAST_PATCH * face)
 
-    def commit(self, displacement: Floats, checked: None) -> None:
+    def commit(self, x: Unknowns, checked: None) -> None:
         """As `AssembledTerm.commit`."""
-        dim = displacement.shape[1]
+        dim = x.u.shape[1]
         force, moment = np.zeros(dim), np.zeros(3)
         for patch, _, each in self._each():
             multiplier = patch.part.multiplier
@@ -410,12 +412,10 @@ class AssembledContact(GlobalUnknowns):
             traction = patch.distribute(each.response.traction)
             # what is tolerated in a small patch must not act on its traction in the next step
             tolerated = np.where(self._is_small(patch), each.slip[:, 0], 0.0)
-            gap = patch.gaps(displacement, each.moved) - np.where(
-                closed, tolerated[multiplier], 0.0
-            )
+            gap = patch.gaps(x.u, each.moved) - np.where(closed, tolerated[multiplier], 0.0)
             patch.part.store(traction, closed, gap + patch.left)
         if self.body is not None:
-            force, moment = self.body_force(displacement)
+            force, moment = self.body_force(x.u)
             self.body.commit(self._at.unknowns, force, moment[2:] if dim == 2 else moment)
 
     def body_force(self, displacement: Floats) -> tuple[Floats, Floats]:
@@ -436,9 +436,9 @@ class AssembledContact(GlobalUnknowns):
         """As `AssembledTerm.carried_force`."""
         return self._nodal_force([patch.before for patch in self._patches])
 
-    def outcome(self, displacement: Floats) -> Outcome:
+    def outcome(self, x: Unknowns) -> Outcome:
         """As `AssembledTerm.outcome`."""
         return contact_outcome(
-            self.name, self._each(), self._active, displacement, self._normal_before,
+            self.name, self._each(), self._active, x.u, self._normal_before,
             self.role is Role.BETWEEN_BODIES,
         )  # fmt: skip

@@ -9,9 +9,9 @@ from tilth.boundaries.contact.constraint import ContactConstraint, Patches
 from tilth.boundaries.contact.forces import AssembledContact
 from tilth.boundaries.contact.rigid_body import RigidBody
 from tilth.errors import StepFailed
-from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.pattern import Elements
-from tilth.terms.protocol import NodeLists, Term
+from tilth.terms.protocol import Term
+from tilth.terms.space import Coupled, Space
 
 
 class ContactForces(Term):
@@ -46,14 +46,14 @@ class ContactForces(Term):
         self._patches = [Patches(part, nodes, still) for part in parts]
 
     @property
-    def coupled(self) -> list[NodeLists]:
+    def coupled(self) -> list[Coupled]:
         """As `Term.coupled`."""
-        return [(each.node_start, each.node) for each in self._patches]
+        return [Coupled(each.node_start, each.node) for each in self._patches]
 
-    def assembled(self, active: ActiveGrid, elements: Sequence[Elements]) -> AssembledContact:
+    def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledContact:
         """As `Term.assembled`."""
         return AssembledContact(
-            self._name, self._patches, elements, self._body, self._after, self._force, active,
+            self._name, self._patches, elements, self._body, self._after, self._force, space.active,
             self._normal_before,
         )  # fmt: skip
 
