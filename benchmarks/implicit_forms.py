@@ -114,9 +114,10 @@ def condition_and_time(model: Model) -> tuple[float, float]:
     linear = LinearForces([*couplings, *(each.coupling() for each in faces)])
     balance = Balance(active, [SoilForces(simulation.soil_on(active)), linear])
     active, still = balance.active, np.zeros((active.nodes, active.grid.dim))
-    balance.forces(still)
-    blocks = np.empty((len(active.column), *2 * (active.grid.dim,)))
-    balance.fill_stiffness(still, blocks)
+    x, matrix_of = balance.at(still), balance.space.matrix()
+    balance.evaluate(x)
+    balance.linearise(x, matrix_of)
+    blocks = matrix_of["u", "u"].values
     size = active.nodes * active.grid.dim
     matrix = sp.bsr_matrix((blocks, active.column, active.row_start), shape=(size, size))
     eigenvalues = np.abs(np.linalg.eigvalsh(0.5 * (matrix + matrix.T).toarray()))

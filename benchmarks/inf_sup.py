@@ -35,7 +35,6 @@ from tilth.boundaries.implicit.constraint import SurfaceConstraint
 from tilth.mpm.active_grid import ActiveGrid, Buffers, locate
 from tilth.mpm.initial_points import initial_points
 from tilth.mpm.points import MaterialPoints
-from tilth.solvers import LinearSystem
 from tilth.terms.balance import Balance
 from tilth.terms.ghost import Ghost
 from tilth.terms.linear import LinearForces
@@ -130,11 +129,12 @@ def energy_norm(
     )
     balance = Balance(active, [SoilForces(soil), springs, LinearForces(faces)])
     active, still = balance.active, np.zeros((nodes, dim))
-    balance.forces(still)
-    system = LinearSystem(active, nothing_held)
-    balance.fill_stiffness(still, system.blocks)
+    x, matrix_of = balance.at(still), balance.space.matrix()
+    balance.evaluate(x)
+    balance.linearise(x, matrix_of)
     size = nodes * dim
-    matrix = sp.bsr_matrix((system.blocks, active.column, active.row_start), shape=(size, size))
+    blocks = matrix_of["u", "u"].values
+    matrix = sp.bsr_matrix((blocks, active.column, active.row_start), shape=(size, size))
     return (matrix + sp.diags(np.repeat(MODULUS * soil.nodal_volume, dim))).tocsr()
 
 

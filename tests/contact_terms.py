@@ -157,8 +157,7 @@ def next_balance(
     found: list[Balance] = []
 
     def stop(balance: Balance, *_: Any) -> None:
-        zero = np.zeros((balance.active.nodes, balance.active.grid.dim))
-        balance.begin(zero, balance.first_unknowns())
+        balance.begin(balance.first())
         found.append(balance)
         raise Stopped
 

@@ -11,11 +11,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tilth.algebra.block_matrix import BlockMatrix
+from tilth.algebra.unknowns import Unknowns
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.errors import StepFailed
-from tilth.terms.balance import Balance, Forces
+from tilth.terms.balance import Balance, Residual
 from tilth.terms.protocol import GlobalUnknowns
 
 OFTEN = 4
@@ -47,12 +49,9 @@ def evaluated(balance: Balance, u: Floats, g: Floats) -> dict[str, Any]:
     """What all terms tell at nodal displacements and global unknowns."""
     found: dict[str, Any] = {}
     for number, (term, own) in enumerate(zip(balance.terms, balance._slices, strict=True)):
-        if isinstance(term, GlobalUnknowns):
-            force, found[f"{number} global residual"] = term.forces(u, g[own])
-        else:
-            force = term.force(u)
-        found[f"{number} force"] = force.copy()
-        force[:] = np.nan  # the caller may change it
+        part = term.evaluate(balance.at(u, g[own]))
+        found[f"{number} force"] = part.u.copy()
+        found[f"{number} global residual"] = part.globals
     once, again = (_asked(balance, u, g) for _ in range(2))
     assert_same(once, again)
     return found | once
@@ -61,15 +60,15 @@ def evaluated(balance: Balance, u: Floats, g: Floats) -> dict[str, Any]:
 def _asked(balance: Balance, u: Floats, g: Floats) -> dict[str, Any]:
     """What the terms tell besides their forces, at the displacement of these."""
     found: dict[str, Any] = {}
-    dim = balance.active.grid.dim
     for number, (term, own) in enumerate(zip(balance.terms, balance._slices, strict=True)):
-        blocks = np.zeros((len(balance.active.column), dim, dim))
-        term.add_stiffness(u, blocks)
+        x, matrix = balance.at(u, g[own]), balance.space.matrix()
+        matrix.clear()
+        term.assemble(x, matrix)
         told = {
-            "stiffness": blocks,
-            "magnitude": term.magnitude(u),
-            "outcome": term.outcome(u),
-            "check": term.check(u),
+            "stiffness": matrix["u", "u"].values.copy(),
+            "magnitude": term.magnitude(x),
+            "outcome": term.outcome(x),
+            "check": term.check(x),
             "constant force": term.constant_force(),
             "forces before": (term.load_before(), term.inertia_before(), term.carried_force()),
             "nodes": (term.joined_nodes(), term.yielding_nodes()),
@@ -113,31 +112,31 @@ def disturbed(size: float) -> Iterator[list[int]]:
 
     size: how far away [length]. Gives the number of evaluations elsewhere.
     """
-    forces, fill = Balance.forces, Balance.fill_stiffness
+    evaluate, linearise = Balance.evaluate, Balance.linearise
     count = [0]
 
-    def disturbed_forces(self: Balance, u: Floats, g: Floats | None = None) -> Forces:
+    def disturbed_residual(self: Balance, x: Unknowns) -> Residual:
         count[0] += 1
         moved, turned = random_values(self, size, count[0])
-        dim = u.shape[1]
         with suppress(StepFailed):
-            evaluated(self, u + moved, turned if g is None else g + turned)
-            forces(self, u + moved, turned if g is None else g + turned)
-            fill(self, u + moved, np.zeros((len(self.active.column), dim, dim)))
-        first = dict(leaves("", forces(self, u, g)))
-        found = forces(self, u, g)
+            evaluated(self, x.u + moved, x.globals + turned)
+            elsewhere = self.at(x.u + moved, x.globals + turned)
+            evaluate(self, elsewhere)
+            linearise(self, elsewhere, self.space.matrix())
+        first = dict(leaves("", evaluate(self, x)))
+        found = evaluate(self, x)
         assert_same(first, dict(leaves("", found)))
         return found
 
-    def filled_twice(self: Balance, u: Floats, blocks: Floats) -> None:
-        fill(self, u, blocks)
-        again = np.zeros_like(blocks)
-        fill(self, u, again)
-        np.testing.assert_array_equal(again, blocks)
+    def filled_twice(self: Balance, x: Unknowns, matrix: BlockMatrix) -> None:
+        linearise(self, x, matrix)
+        once = matrix["u", "u"].values.copy()
+        linearise(self, x, matrix)
+        np.testing.assert_array_equal(matrix["u", "u"].values, once)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Balance, "forces", disturbed_forces)
-        patch.setattr(Balance, "fill_stiffness", filled_twice)
+        patch.setattr(Balance, "evaluate", disturbed_residual)
+        patch.setattr(Balance, "linearise", filled_twice)
         yield count
 
 

@@ -23,7 +23,7 @@ from tilth.solvers import LinearSolver
 from tilth.terms.balance import Balance
 from tilth.terms.protocol import AssembledTerm, GlobalUnknowns, Term
 from tilth.terms.soil_forces import SoilForces
-from tilth.terms.space import Space
+from tilth.terms.space import Space, displacement_of
 
 E, NU = 1000.0, 0.3
 CONSTRAINED_MODULUS = E * (1.0 - NU) / ((1.0 + NU) * (1.0 - 2.0 * NU))
@@ -118,10 +118,10 @@ def conditions(simulation: Simulation, active: ActiveGrid) -> Conditions:
 def plate_balance(simulation: Simulation, *plate: float) -> Balance:
     """The balance of the column and its plate, `plate` as the arguments of `Plate`."""
     active = locate(simulation.state.points, simulation.state.grid, Buffers())
-    return Balance(active, [SoilForces(simulation.soil_on(active)), Plate(active, *plate)])
+    terms = [SoilForces(simulation.soil_on(active)), Plate(active, *plate)]
+    return Balance(active, terms, [displacement_of(active, conditions(simulation, active))])
 
 
 def equilibrium(simulation: Simulation, balance: Balance, solver: LinearSolver) -> Equilibrium:
-    newton = Newton(1e-11, 30, line_search=False, round_off=0.0)
-    prescribed = conditions(simulation, balance.active)
-    return solve_step(balance, prescribed, replace(simulation.services, solver=solver), newton)
+    newton = Newton(1e-11, 30, line_search=False, round_off={})
+    return solve_step(balance, replace(simulation.services, solver=solver), newton)

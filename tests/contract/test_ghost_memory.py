@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from balances import residual_at
 from ghost_blocks import block
 from small_problems import (
     KINDS,
@@ -77,7 +78,7 @@ def test_what_is_not_held_in_a_step_is_not_held_later_for_it(kind: str) -> None:
         ghost.couplings(soil, constrained)
         ghost.commit(active, u)
         kept = LinearForces(ghost.couplings(soil, free))
-        force = Balance(active, [kept]).forces(np.zeros(u.shape)).residual
+        force = residual_at(Balance(active, [kept]), np.zeros(u.shape)).u
         assert force[layer == 2].any() == has_force
 
 
@@ -90,7 +91,7 @@ def test_the_stored_force_falls_as_soil_softens(kind: str) -> None:
     def force(ghost: Ghost, share: float) -> np.ndarray:
         simulation.state.points.elastic_share[:] = share
         term = LinearForces(ghost.couplings(simulation.soil_on(active), free))
-        return Balance(active, [term]).forces(np.zeros(free.shape)).residual
+        return residual_at(Balance(active, [term]), np.zeros(free.shape)).u
 
     ghost = Ghost(GAMMA, active.grid.dim)
     force(ghost, 1.0)

@@ -7,6 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from balances import blocks_at, residual_at
 from lattice_fields import ball, edge_nodes, poisson
 from rigid_plate import (
     CONSTRAINED_MODULUS,
@@ -29,6 +30,7 @@ from tilth.mpm.active_grid import Buffers, locate
 from tilth.solvers import SOLVERS, LinearSolver, LinearSystem, SolveFailed, linear_solver
 from tilth.terms.balance import Balance
 from tilth.terms.soil_forces import SoilForces
+from tilth.terms.space import displacement_of
 
 NAMES = [name for name, solver in SOLVERS.items() if solver.available()] + ["multigrid", "auto"]
 every_solver = pytest.mark.parametrize("name", NAMES)
@@ -189,13 +191,11 @@ def test_settlement_of_an_elastic_column_at_small_strain(name: str, kind: str) -
     balance = plate_balance(simulation, modulus, np.inf, force)
     system = LinearSystem(balance.active, conditions(simulation, balance.active).constrained)
     still, none = np.zeros(system.constrained.shape), np.zeros(1)
-    forces = balance.forces(still, none)
-    balance.fill_stiffness(still, system.blocks)
-    system.border = balance.border(still, none)
+    forces = residual_at(balance, still, none)
+    system.blocks[:] = blocks_at(balance, still)
+    system.border = balance.border(balance.at(still, none))
     solver = solver_of(name, dimension(kind))
-    nodal, (settlement,) = solver.begin(system).solve_bordered(
-        -forces.residual, -forces.global_residual, 1e-12
-    )
+    nodal, (settlement,) = solver.begin(system).solve_bordered(-forces.u, -forces.globals, 1e-12)
     pressure = force / AREA[kind]
     expected = -pressure * (HEIGHT / CONSTRAINED_MODULUS + 1.0 / modulus)
     assert settlement == pytest.approx(expected, rel=1e-9)
@@ -229,7 +229,7 @@ def settled(simulation: Simulation, solver: LinearSolver, *plate: float) -> Equi
 @every_kind
 def test_newton_finds_global_unknowns(name: str, kind: str) -> None:
     solver = solver_of(name, dimension(kind))
-    found = settled(column(kind), solver, MODULUS, HARDENING, FORCE).global_unknowns
+    found = settled(column(kind), solver, MODULUS, HARDENING, FORCE).x.globals
     assert found == pytest.approx([settlement(kind)], rel=1e-9)
     assert found[0] < -0.05 * HEIGHT
 
@@ -254,9 +254,7 @@ def test_settlement_does_not_depend_on_the_units(kind: str) -> None:
     solver = solver_of("superlu", dimension(kind))
     one = settled(column(kind), solver, *plates[0])
     other = settled(column(kind, length, stress), solver, *plates[1])
-    np.testing.assert_allclose(
-        other.global_unknowns, unit * length * one.global_unknowns, rtol=1e-10
-    )
+    np.testing.assert_allclose(other.x.globals, unit * length * one.x.globals, rtol=1e-10)
     np.testing.assert_allclose(other.residuals[:-1], one.residuals[:-1], rtol=1e-5)
 
 
@@ -266,16 +264,16 @@ def test_border_is_the_derivative_of_the_forces(kind: str) -> None:
     random = np.random.default_rng(1)
     u, direction = 1e-2 * random.normal(size=(2, balance.active.nodes, balance.active.grid.dim))
     g, turn, step = np.array([0.1]), np.array([0.7]), 1e-4
-    balance.forces(u, g)
-    border = balance.border(u, g)
+    residual_at(balance, u, g)
+    border = balance.border(balance.at(u, g))
     assert border is not None
     system = LinearSystem(balance.active, np.zeros(u.shape, dtype=bool))
-    balance.fill_stiffness(u, system.blocks)
+    system.blocks[:] = blocks_at(balance, u, g)
     ahead, behind = (
-        balance.forces(u + s * step * direction, g + s * step * turn) for s in (1.0, -1.0)
+        residual_at(balance, u + s * step * direction, g + s * step * turn) for s in (1.0, -1.0)
     )
-    nodal = (ahead.residual - behind.residual) / (2.0 * step)
-    own = (ahead.global_residual - behind.global_residual) / (2.0 * step)
+    nodal = (ahead.u - behind.u) / (2.0 * step)
+    own = (ahead.globals - behind.globals) / (2.0 * step)
     product = system.times(direction) + np.tensordot(turn, border.columns, axes=1)
     np.testing.assert_allclose(product, nodal, rtol=0, atol=1e-6 * np.abs(nodal).max())
     found = system.inner_products(border.rows, direction) + border.corner @ turn
@@ -287,6 +285,7 @@ def test_terms_have_each_their_own_unknowns() -> None:
     simulation = column("plane_strain")
     active = locate(simulation.state.points, simulation.state.grid, Buffers())
     plates = [Plate(active, share * MODULUS, HARDENING, share * FORCE) for share in (1 / 3, 2 / 3)]
-    balance = Balance(active, [plates[0], SoilForces(simulation.soil_on(active)), plates[1]])
-    found = equilibrium(simulation, balance, solver_of("multigrid", 2)).global_unknowns
+    terms = [plates[0], SoilForces(simulation.soil_on(active)), plates[1]]
+    balance = Balance(active, terms, [displacement_of(active, conditions(simulation, active))])
+    found = equilibrium(simulation, balance, solver_of("multigrid", 2)).x.globals
     assert found == pytest.approx([settlement("plane_strain")] * 2, rel=1e-9)

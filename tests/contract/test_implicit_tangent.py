@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from balances import blocks_at, residual_at
 from implicit_problems import implicit, line, locate_contacts, of_part, rotation
 from small_problems import (
     BASES,
@@ -222,12 +223,12 @@ def equations(
     size = active.nodes * active.grid.dim
 
     def force(u: Floats) -> Floats:
-        return np.asarray(balance.forces(u).residual)
+        return np.asarray(residual_at(balance, u).u)
 
     def matrix(u: Floats) -> Floats:
-        balance.forces(u)
+        residual_at(balance, u)
         system = LinearSystem(active, np.zeros_like(conditions.constrained))
-        balance.fill_stiffness(u, system.blocks)
+        system.blocks[:] = blocks_at(balance, u)
         whole = sp.bsr_matrix((system.blocks, active.column, active.row_start), shape=(size, size))
         return np.asarray(whole.toarray())
 

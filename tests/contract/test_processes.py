@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from balances import blocks_at, residual_at
 from processes import random_boxes, run_together, whole_rows
 from terms_of_blocks import CASES
 
@@ -20,6 +21,7 @@ from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.comm import SERIAL, Communicator
 from tilth.terms.balance import Balance
+from tilth.terms.protocol import Role
 
 __all__ = ["whole_rows"]
 pytestmark = pytest.mark.slow
@@ -41,13 +43,12 @@ def rows_of(simulation: Simulation, before: float, after: float) -> tuple[Rows, 
     step = simulation.prepare(before, after)
     balance = Balance(step.active, simulation.terms(step, simulation.soil_on(step.active)))
     active, u = balance.active, displacement(balance)
-    forces = balance.forces(u)
+    forces = residual_at(balance, u)
     dim = active.grid.dim
-    blocks = np.empty((len(active.column), dim, dim))
-    balance.fill_stiffness(u, blocks)
+    blocks = blocks_at(balance, u)
     owned = np.zeros(active.nodes, dtype=bool)
     owned[active.owned] = True
-    parts = np.stack([forces.residual, forces.load, forces.soil, balance.load_before], axis=1)
+    parts = np.stack([forces.u, forces.load, forces.sum_of(Role.SOIL), balance.load_before], axis=1)
     of_nodes = {
         (int(key),): part for key, part in zip(active.key[owned], parts[owned], strict=True)
     }

@@ -24,10 +24,10 @@ from test_terms import loaded
 from test_wave_boundaries import ground, side
 
 from tilth import Model
+from tilth.algebra.unknowns import Unknowns
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_terms import TERMS
 from tilth.arrays import Floats
-from tilth.algebra.unknowns import Unknowns
 from tilth.model.load_curve import LoadCurve
 from tilth.mpm.pattern import Elements
 from tilth.terms.balance import Balance

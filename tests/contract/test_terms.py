@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from balances import blocks_at, residual_at
 from contact_terms import next_balance
 from implicit_blocks import flat, implicit
 from small_problems import material_entries
@@ -205,17 +206,16 @@ def test_a_weak_spring_is_that_of_the_ring(monkeypatch: pytest.MonkeyPatch) -> N
 def test_balance_is_the_sum_of_its_terms(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     balance = balance_of(kind, monkeypatch)
     u, direction = displacements(balance)
-    forces = balance.forces(u)
+    forces = residual_at(balance, u)
     parts = {name: term.force(u) for name, term in zip(TERMS, balance.terms, strict=True)}
-    scale = np.abs(forces.soil).max()
-    np.testing.assert_allclose(sum(parts.values()), forces.residual, rtol=0, atol=1e-13 * scale)
-    np.testing.assert_array_equal(forces.soil, parts["soil"])
+    scale = np.abs(forces.sum_of(Role.SOIL)).max()
+    np.testing.assert_allclose(sum(parts.values()), forces.u, rtol=0, atol=1e-13 * scale)
+    np.testing.assert_array_equal(forces.sum_of(Role.SOIL), parts["soil"])
     of_loads = -sum(part for name, part in parts.items() if name.endswith("loads"))
     np.testing.assert_allclose(forces.load, of_loads, rtol=0, atol=1e-15 * scale)
     whole = sum(product(term, balance, u, direction) for term in balance.terms)
-    balance.forces(u)
-    blocks = np.full((len(balance.active.column), 2, 2), np.nan)
-    balance.fill_stiffness(u, blocks)
+    residual_at(balance, u)
+    blocks = blocks_at(balance, u)
     rows = np.repeat(np.arange(balance.active.nodes), np.diff(balance.active.row_start))
     found = np.zeros_like(u)
     np.add.at(found, rows, np.einsum("nij,nj->ni", blocks, direction[balance.active.column]))
@@ -236,7 +236,7 @@ def test_terms_say_what_they_are(kind: str, monkeypatch: pytest.MonkeyPatch) -> 
         if isinstance(term, AssembledLinearForces):
             constant = term.constant_force()
             assert np.array_equal(term.force(np.zeros_like(u)), constant)
-            assert (term.magnitude(u) >= np.abs(constant)).all()
+            assert (term.magnitude(balance.at(u))["u"] >= np.abs(constant)).all()
     joined = balance.terms[TERMS.index("boundaries")].joined_nodes()
     assert joined is not None
     assert joined.any()

@@ -9,11 +9,12 @@ from typing import Any
 
 import numpy as np
 
-import tilth.analysis.advance as advance
+import tilth.analysis.step_terms as step_terms
+from tilth.algebra.unknowns import Unknowns
 from tilth.arrays import Floats
 from tilth.terms.balance import Balance
 from tilth.terms.inertia import AssembledInertia
-from tilth.terms.protocol import Role
+from tilth.terms.protocol import AssembledTerm, Role
 
 SPRINGS = -1
 """Place of the weak springs in `terms_of`."""
@@ -35,21 +36,26 @@ class WatchedBalance(Balance):
     kinetic_change: float
     size: float
 
-    def commit(self, displacement: Floats, checked: Sequence[Any]) -> None:
+    def commit(self, x: Unknowns, checked: Sequence[Any]) -> None:
         """As `Balance.commit`."""
         global _last
+        displacement = x.u
+
+        def force(term: AssembledTerm, of: Floats) -> Floats:
+            return term.evaluate(self.at(of)).u
+
         springs = self.terms[SPRINGS]
         aids = [springs, *(term for term in self.terms if term.role is Role.STABILISATION)]
-        self.aids = -sum(term.force(displacement) for term in aids)  # type: ignore[assignment]
-        mean = springs.force(np.zeros_like(displacement)) + springs.force(displacement)
+        self.aids = -sum(force(term, displacement) for term in aids)  # type: ignore[assignment]
+        mean = force(springs, np.zeros_like(displacement)) + force(springs, displacement)
         self.spring_work = 0.5 * float(np.sum(mean * displacement))
         inertia = [term for term in self.terms if isinstance(term, AssembledInertia)]
         change = [t.kinetic_change(displacement) - t.ghost_energy(displacement) for t in inertia]
         self.kinetic_change = sum(change)
-        soil = [np.linalg.norm(term.force(displacement)) for term in self.terms[:2]]
+        soil = [np.linalg.norm(force(term, displacement)) for term in self.terms[:2]]
         self.size = float(max(soil))
         _last = self
-        super().commit(displacement, checked)
+        super().commit(x, checked)
 
 
 _last: WatchedBalance | None = None
@@ -64,9 +70,9 @@ def last_balance() -> WatchedBalance:
 @contextmanager
 def watched() -> Iterator[None]:
     """Runs within it keep the balance of their last step."""
-    original = advance.Balance
-    advance.Balance = WatchedBalance  # type: ignore[misc]
+    original = step_terms.Balance
+    step_terms.Balance = WatchedBalance  # type: ignore[misc]
     try:
         yield
     finally:
-        advance.Balance = original  # type: ignore[misc]
+        step_terms.Balance = original  # type: ignore[misc]

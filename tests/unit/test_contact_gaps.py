@@ -12,6 +12,7 @@ import pytest
 from contact_terms import DRIVEN, next_contact
 from contact_terms import pressed as pressed_block
 
+from tilth.algebra.unknowns import Unknowns
 from tilth.arrays import Floats
 from tilth.boundaries.contact.constraint import (
     INEXACT_DRIFT,
@@ -179,7 +180,7 @@ def test_what_is_left_to_the_next_step_is_carried(monkeypatch: pytest.MonkeyPatc
     still = np.zeros((term._active.nodes, 2))
     term.forces(still, np.zeros(0))
     pushed = np.einsum("ni,ni->n", part.pose.normal, term._moved(patch, np.zeros(0)))
-    term.commit(still, None)
+    term.commit(Unknowns({"u": still}), None)
     closed = touch.closed & ~term._is_small(patch)[part.multiplier]
     kept = stored[term._patches.index(patch)] + pushed
     np.testing.assert_allclose(kept[closed], touch.gap[closed], rtol=0, atol=1e-12)
@@ -211,11 +212,11 @@ def test_gaps_of_small_supports_are_tolerated_and_forgotten(
         touch.gap[own] = touch.moved[own] = gap + spread
         patch.restart()
         term.forces(still, at_rest)
-        term.revise(still)
+        term.revise(Unknowns({"u": still}, at_rest))
         added = patch.stiffness[number, 0] * gap if is_wide else 0.0
         assert patch.added[number, 0] == pytest.approx(added, rel=1e-9)
         stored.clear()
-        term.commit(still, None)
+        term.commit(Unknowns({"u": still}, at_rest), None)
         kept = stored[term._patches.index(patch)][own]
         expected = spread if is_closed and is_small else gap + spread
         np.testing.assert_allclose(kept, expected, rtol=0, atol=1e-12 * cell)

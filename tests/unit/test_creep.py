@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 from tilth import AnalysisFailed, StrengthReduction
+from tilth.algebra.unknowns import Unknowns
 from tilth.analysis.creep import CIRCLING, LEAST_SIZE, PSEUDO_STEPS, creep, crept_to_rest
 from tilth.analysis.mechanism import moving_cells
-from tilth.analysis.residual import Newton, Residual
+from tilth.analysis.residual import Equations, Guess, Newton, Residual
 from tilth.analysis.run_warnings import RunWarnings
 from tilth.analysis.safety_search import MOST_UNDECIDED, Outcome, Search, Trial
 from tilth.analysis.step import Equilibrium
@@ -30,7 +31,7 @@ from tilth.solvers.bordered_system import equilibrated
 from tilth.solvers.protocol import Matrix
 from tilth.terms.drag import Drag
 
-NEWTON = Newton(tolerance=1e-8, maximum_iterations=20, line_search=True, round_off=0.0)
+NEWTON = Newton(tolerance=1e-8, maximum_iterations=20, line_search=True, round_off={})
 
 STIFF = cast(Soil, SimpleNamespace(flow=lambda displacement: None))
 """Soil that does not flow."""
@@ -46,11 +47,11 @@ class Slider:
         self.pull, self.strength, self.reach = pull, strength, reach
         self.drag = Drag(cast(Soil, None), np.ones(1), np.zeros((1, 1)))
 
-    def solve(self, newton: Newton, displacement: Floats, unknowns: Floats | None) -> Equilibrium:
+    def solve(self, newton: Newton, guess: Guess) -> Equilibrium:
         """Stiffness 1 up to the strength: (u, pull - min(u, strength)) with the drag."""
         before, size = float(self.drag.before[0, 0]), self.drag.size
         if math.isinf(size):
-            if self.pull > self.strength or abs(self.pull - float(displacement[0, 0])) > self.reach:
+            if self.pull > self.strength or abs(self.pull - float(guess.u[0, 0])) > self.reach:
                 raise StepFailed("no equilibrium")
             u = self.pull
         else:
@@ -59,23 +60,21 @@ class Slider:
                 u = before + size * (self.pull - self.strength)
         moved = np.array([[u]])
         zero = np.zeros_like(moved)
-        return Equilibrium(moved, zero, zero, zero, [1.0, 0.0])
+        return Equilibrium(Unknowns({"u": moved}), zero, {"u": zero}, zero, [1.0, 0.0])
 
     @property
-    def residual(self) -> Residual:
+    def equations(self) -> Equations:
         """What is out of balance without the drag."""
 
-        def at(displacement: Floats, unknowns: Floats | None) -> SimpleNamespace:
-            return SimpleNamespace(
-                relative=self.pull - min(float(displacement[0, 0]), self.strength)
-            )
+        def at(x: Unknowns) -> SimpleNamespace:
+            return SimpleNamespace(relative=self.pull - min(float(x.u[0, 0]), self.strength))
 
-        return cast(Residual, SimpleNamespace(at=at))
+        return cast(Equations, SimpleNamespace(at=at))
 
 
 def crept(slider: Slider) -> list[tuple[float, bool]]:
-    start = np.zeros((1, 1))
-    path = creep(slider.solve, slider.drag, NEWTON, slider.residual, start, None, STIFF)
+    start = Guess({"u": np.zeros((1, 1))})
+    path = creep(slider.solve, slider.drag, NEWTON, slider.equations, start, STIFF)
     return [(float(each.found.displacement[0, 0]), each.at_rest) for each in path]
 
 

@@ -16,6 +16,7 @@ from small_problems import block_entries, plane, rollers
 from staged_problems import staged_entries
 
 from tilth import Model, run
+from tilth.algebra.unknowns import Unknowns
 from tilth.analysis.motions import motion_columns, motion_values
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step import Equilibrium
@@ -77,7 +78,8 @@ def test_pressure_of_a_uniform_traction(kind: str, type_: str, soil: str) -> Non
     active, constraints = locate_contacts(simulation, 0.0, 0.0)
     (part,) = constraints.parts
     force = part.nodal_force(7.0 * part.pose.normal, active.nodes)
-    moved = Equilibrium(np.zeros(force.shape), (), np.zeros(force.shape), force, force)
+    still = np.zeros(force.shape)
+    moved = Equilibrium(Unknowns({"u": still}), still, {"u": force}, force, [])
     result = StepResult(active, moved, {"hole": force}, 0.0, 0.0, constraints.areas)
     names = [name for name, _ in motion_columns(simulation.setup.model)]
     values = dict(

@@ -8,12 +8,12 @@ from typing import cast
 import numpy as np
 import pytest
 
-from tilth.analysis.residual import Iterate, Residual, newton_attempts
+from tilth.algebra.unknowns import Unknowns
+from tilth.analysis.residual import Equations, Iterate, Size, newton_attempts
 from tilth.analysis.step import LINE_SEARCH, LONG_LINE_SEARCH, corrected
-from tilth.arrays import Floats
 from tilth.errors import StepFailed
 from tilth.model import Analysis
-from tilth.terms.balance import Forces
+from tilth.terms.balance import Residual
 from tilth.terms.protocol import Changes
 
 
@@ -24,10 +24,10 @@ def test_contact_is_tried_in_all_ways_whatever_the_line_search(
     declared: bool | None, searched: list[bool]
 ) -> None:
     analysis = Analysis(kind="plane_strain", line_search=declared)
-    without = newton_attempts(analysis, 0.0, contact=False)
+    without = newton_attempts(analysis, {}, contact=False)
     assert [each.line_search for each in without] == searched
     assert all(each.changes is Changes.USUAL for each in without)
-    with_contact = newton_attempts(analysis, 0.0, contact=True)
+    with_contact = newton_attempts(analysis, {}, contact=True)
     assert with_contact[: len(without)] == without
     last = with_contact[len(without) :]
     assert [each.changes for each in last] == [Changes.CAREFUL, Changes.SINGLE]
@@ -44,24 +44,24 @@ class Valley:
         self.bad = bad
         self.last = 0.0
 
-    def at(self, displacement: Floats, unknowns: Floats) -> Iterate:
+    def at(self, x: Unknowns) -> Iterate:
         """The state at a displacement of one node along one axis."""
-        u = self.last = float(displacement[0, 0])
+        u = self.last = float(x.u[0, 0])
         if u > 10.0:
             raise StepFailed("inverted")
         free = 3.0 + u if 0.0 < u < self.bad else abs(1.0 - u / 100.0)
-        return Iterate(displacement, unknowns, cast(Forces, None), free, free)
+        return Iterate(x, cast(Residual, None), {"momentum": Size(free, 1.0)}, free)
 
 
 def searched(bad: float, correction: float, patient: bool = True) -> float:
     """Where a line search goes from 0."""
-    valley, zero = Valley(bad), np.zeros((1, 1))
-    now = valley.at(zero, np.zeros(0))
-    moved, shares = (np.array([[correction]]), np.zeros(0)), LINE_SEARCH
+    valley = Valley(bad)
+    now = valley.at(Unknowns({"u": np.zeros((1, 1))}))
+    moved, shares = Unknowns({"u": np.array([[correction]])}), LINE_SEARCH
     if patient:
         shares = LONG_LINE_SEARCH
-    found = corrected(cast(Residual, valley), now, moved, shares, patient)
-    assert found.displacement[0, 0] == valley.last
+    found = corrected(cast(Equations, valley), now, moved, shares, patient)
+    assert found.x.u[0, 0] == valley.last
     return valley.last
 
 

@@ -51,9 +51,9 @@ def solved(simulation: Simulation, refinement: Refinement) -> tuple[Any, Equilib
     """The soil, equilibrium and balance of the first step."""
     step = simulation.prepare(0.0, 1.0)
     soil = simulation.soil_on(step.active)
-    balance = Balance(step.active, simulation.terms(step, soil))
-    newton = Newton(1e-9, 40, True, 0.0, refinement)
-    found = solve_step(balance, step.conditions, simulation.services, newton)
+    balance = simulation.balance(step, soil)
+    newton = Newton(1e-9, 40, True, {}, refinement)
+    found = solve_step(balance, simulation.services, newton)
     return soil, found, balance
 
 

@@ -99,7 +99,7 @@ def test_a_trial_begins_where_the_body_is_in_the_last_one(loaded: Simulation) ->
     assert found[2].displacement == pytest.approx(found[1].displacement, rel=1e-3)
     assert max(first[1:]) < 1.0
     assert trials._last is not None
-    trials._last.global_unknowns[:] = 0.0
+    trials._last.x.globals[:] = 0.0
     trials.at(1.8, pursues=False)
     assert first[-1] > 10.0 * first[-2]
 

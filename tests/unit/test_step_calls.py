@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 from newton_problems import leaning_block, pressed_block
 
+from tilth.algebra.unknowns import Unknowns
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.step_terms import TERMS
 from tilth.arrays import Floats
-from tilth.algebra.unknowns import Unknowns
 from tilth.errors import StepFailed
 from tilth.mpm.pattern import Elements
 from tilth.terms.protocol import AssembledTerm, DisplacementTerm, Term

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
+from balances import blocks_at
 from small_problems import BASES
 
 from tilth import BadInput, Model, SurfaceLoad
@@ -97,7 +98,7 @@ def require_derivative(
     ahead, behind = (loads.force(u + sign * step * direction) for sign in (1.0, -1.0))
     balance = Balance(active, [loads])
     system = LinearSystem(balance.active, np.zeros(u.shape, dtype=bool))
-    balance.fill_stiffness(u, system.blocks)
+    system.blocks[:] = blocks_at(balance, u)
     scale = np.abs(loads.force(u)).max()
     assert scale > 0.1
     expected = (behind - ahead) / (2.0 * step)

@@ -18,7 +18,6 @@ from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.curves.chain import Chain
 from tilth.errors import StepFailed
-from tilth.terms.balance import Balance
 
 HEIGHT = SLENDERNESS * WIDTH
 
@@ -55,18 +54,18 @@ def converged(simulation: Simulation, motion: float) -> Any:
     """A converged first step of a simulation, all of whose nodes move by `motion`."""
     step = simulation.prepare(0.0, 1.0)
     soil = simulation.soil_on(step.active)
-    balance = Balance(step.active, simulation.terms(step, soil))
+    balance = simulation.balance(step, soil)
     setup, state, services = simulation.setup, simulation.state, simulation.services
     equilibrium = solve(setup, state, services, step, soil, balance)
     moved = np.full_like(equilibrium.displacement, motion)
-    return step, balance, replace(equilibrium, displacement=moved)
+    return step, balance, replace(equilibrium, x=balance.at(moved))
 
 
 @pytest.mark.parametrize("without_guess", [1e-3, 0.2, None])
 def test_what_the_guess_does_not_explain_is_solved_without_it(without_guess: float | None) -> None:
     simulation = Simulation(standing_block())
     step, balance, near = converged(simulation, 1e-3)
-    far = replace(near, displacement=np.full_like(near.displacement, 0.2))
+    far = replace(near, x=balance.at(np.full_like(near.displacement, 0.2)))
     guess = np.full_like(near.displacement, 1e-3)
 
     def solve(newton: Any, guess: Floats | None) -> Any:
@@ -74,7 +73,7 @@ def test_what_the_guess_does_not_explain_is_solved_without_it(without_guess: flo
             return far
         if without_guess is None:
             raise StepFailed("no equilibrium")
-        return replace(near, displacement=np.full_like(near.displacement, without_guess))
+        return replace(near, x=balance.at(np.full_like(near.displacement, without_guess)))
 
     tries = [(simulation.setup.attempts[0], guess)]
     explained = explained_motion(step, guess)
