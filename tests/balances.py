@@ -4,8 +4,14 @@
 from __future__ import annotations
 
 from tilth.arrays import Floats
+from tilth.mpm.active_grid import ActiveGrid
 from tilth.terms.balance import Balance, Residual
-from tilth.terms.space import OF_DISPLACEMENT
+from tilth.terms.space import OF_DISPLACEMENT, Space, displacement_of
+
+
+def space_of(active: ActiveGrid) -> Space:
+    """The displacement alone, on a grid."""
+    return Space(active, [displacement_of(active)], [])
 
 
 def residual_at(balance: Balance, u: Floats, of_globals: Floats | None = None) -> Residual:

@@ -44,7 +44,6 @@ def rows_of(simulation: Simulation, before: float, after: float) -> tuple[Rows, 
     balance = Balance(step.active, simulation.terms(step, simulation.soil_on(step.active)))
     active, u = balance.active, displacement(balance)
     forces = residual_at(balance, u)
-    dim = active.grid.dim
     blocks = blocks_at(balance, u)
     owned = np.zeros(active.nodes, dtype=bool)
     owned[active.owned] = True

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from balances import space_of
 from small_problems import BASES, KINDS, Laboratory, block_entries, dimension, weight
 
 from tilth import Model
@@ -56,7 +57,7 @@ def test_tangent_is_the_derivative_of_the_force(kind: str, basis: str, soil: str
     random = np.random.default_rng(2)
     u, way = (laboratory.random_displacement(random, size) for size in (0.02, 1.0))
     step = 1e-6
-    assembled = term.assembled(laboratory.active, [])
+    assembled = term.assembled(space_of(laboratory.active), [])
     ahead, behind = (assembled.force(u + sign * step * way) for sign in (1.0, -1.0))
     difference = (ahead - behind) / (2.0 * step)
     blocks = np.zeros((len(laboratory.active.column), *(2 * [way.shape[1]])))
@@ -119,7 +120,7 @@ def test_force_at_the_start_is_that_of_the_level_then() -> None:
         "plane_strain", "gimp", SOILS["watertight"], initial_level=50.0, level=-50.0,
         factor=[[0.0, 0.5], [1.0, 1.0]],
     )  # fmt: skip
-    before = term.assembled(laboratory.active, []).load_before()
+    before = term.assembled(space_of(laboratory.active), []).load_before()
     assert before is not None
     expected = 0.5 * GAMMA * laboratory.points.volume.sum()
     np.testing.assert_allclose(before.sum(axis=0), [0.0, expected], rtol=0, atol=1e-11)

@@ -30,11 +30,14 @@ from tilth.mpm.soil import Soil
 from tilth.solvers.bordered_system import equilibrated
 from tilth.solvers.protocol import Matrix
 from tilth.terms.drag import Drag
+from tilth.terms.space import Space
 
 NEWTON = Newton(tolerance=1e-8, maximum_iterations=20, line_search=True, round_off={})
 
 STIFF = cast(Soil, SimpleNamespace(flow=lambda displacement: None))
 """Soil that does not flow."""
+
+START = Guess({"u": np.zeros((1, 1))})
 
 
 class Slider:
@@ -73,8 +76,7 @@ class Slider:
 
 
 def crept(slider: Slider) -> list[tuple[float, bool]]:
-    start = Guess({"u": np.zeros((1, 1))})
-    path = creep(slider.solve, slider.drag, NEWTON, slider.equations, start, STIFF)
+    path = creep(slider.solve, slider.drag, NEWTON, slider.equations, START, STIFF)
     return [(float(each.found.displacement[0, 0]), each.at_rest) for each in path]
 
 
@@ -100,12 +102,12 @@ def test_pseudo_steps_are_more_exact_than_what_the_drag_bears() -> None:
     slider = Slider(pull=0.9, strength=1.0, reach=1e-6)
     tolerances = []
 
-    def solve(newton: Newton, displacement: Floats, unknowns: Floats | None) -> Equilibrium:
+    def solve(newton: Newton, guess: Guess) -> Equilibrium:
         if math.isfinite(slider.drag.size):
             tolerances.append(newton.tolerance)
-        return slider.solve(newton, displacement, unknowns)
+        return slider.solve(newton, guess)
 
-    path = list(creep(solve, slider.drag, NEWTON, slider.residual, np.zeros((1, 1)), None, STIFF))
+    path = list(creep(solve, slider.drag, NEWTON, slider.equations, START, STIFF))
     assert path[-1].at_rest
     bound = [min(1e-5, max(0.1 * each.borne, NEWTON.tolerance)) for each in path[:-1]]
     assert tolerances == pytest.approx([1e-5, *bound[:-1]])
@@ -115,9 +117,8 @@ def test_pseudo_steps_are_more_exact_than_what_the_drag_bears() -> None:
 def test_flow_is_past_once_soil_goes_round_in_a_circle() -> None:
     """Not before: while the drag bears much, soil flows where it later need not."""
     slider, past = Slider(pull=1.1, strength=1.0, reach=10.0), []
-    start = np.zeros((1, 1))
     soil = cast(Soil, SimpleNamespace(flow=lambda u: past.append(float(u[0, 0]))))
-    path = creep(slider.solve, slider.drag, NEWTON, slider.residual, start, None, soil)
+    path = creep(slider.solve, slider.drag, NEWTON, slider.equations, START, soil)
     moved = [float(each.found.displacement[0, 0]) for each in path]
     assert past == moved[CIRCLING:]
 
@@ -125,11 +126,11 @@ def test_flow_is_past_once_soil_goes_round_in_a_circle() -> None:
 def test_pseudo_steps_that_take_many_iterations_do_not_grow() -> None:
     slider, sizes = Slider(pull=0.9, strength=1.0, reach=0.05), []
 
-    def solve(newton: Newton, displacement: Floats, unknowns: Floats | None) -> Equilibrium:
+    def solve(newton: Newton, guess: Guess) -> Equilibrium:
         sizes.append(slider.drag.size)
-        return replace(slider.solve(newton, displacement, unknowns), residuals=[1.0] * 30)
+        return replace(slider.solve(newton, guess), residuals=[1.0] * 30)
 
-    path = creep(solve, slider.drag, NEWTON, slider.residual, np.zeros((1, 1)), None, STIFF)
+    path = creep(solve, slider.drag, NEWTON, slider.equations, START, STIFF)
     assert [each.at_rest for each in path][-1]
     assert set(sizes) == {1.0, math.inf}
 
@@ -198,7 +199,7 @@ def test_the_drag_has_the_stiffness_of_its_force() -> None:
     made = SimpleNamespace(update=lambda u: None, add_stiffness=add_stiffness)
     elastic_soil = cast(Soil, SimpleNamespace(without_strain=lambda factor: made))
     drag = Drag(elastic_soil, stiffness, before, size=0.25)
-    term = drag.assembled(cast(ActiveGrid, active), [])
+    term = drag.assembled(cast(Space, SimpleNamespace(active=active)), [])
     blocks = np.zeros((9, 2, 2))
     term.add_stiffness(u, blocks)
     matrix = blocks.reshape(3, 3, 2, 2)

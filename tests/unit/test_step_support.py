@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from balances import space_of
 from small_problems import AXES, BASES, KINDS, block_entries, by_number, dimension, plane, weight
 
 from tilth import Model
@@ -121,7 +122,7 @@ def test_spring_stiffness_is_the_derivative_of_its_force(kind: str) -> None:
     springs = WeakSprings.of(sliver.soil_on(active))
     dim = dimension(kind)
     blocks = np.zeros((len(active.column), dim, dim))
-    term = springs.assembled(active, [])
+    term = springs.assembled(space_of(active), [])
     u = np.random.default_rng(0).normal(size=(active.nodes, dim))
     term.add_stiffness(u, blocks)
     for k in range(dim):

@@ -5,9 +5,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 from tilth.algebra.field import MOMENTUM, Field
 from tilth.analysis.grid_motion import GridMotion
+from tilth.analysis.owners import Stateful
 from tilth.analysis.residual import Newton, newton_attempts
 from tilth.analysis.state import State
 from tilth.analysis.step_result import PreparedStep
@@ -38,7 +40,7 @@ class Setup:
         round_off: residual that counts as zero [force].
         attempts: settings of Newton's iteration with which a step is tried, one after the other.
         terms: makers of the terms of the balance, in their order; weak springs follow.
-        fields: makers of further fields than the displacement.
+        fields: further fields than the displacement.
     """
 
     model: Model
@@ -50,7 +52,7 @@ class Setup:
     round_off: float
     attempts: Sequence[Newton]
     terms: Sequence[Maker]
-    fields: Sequence[FieldMaker] = ()
+    fields: Sequence[FieldOwner] = ()
 
     @classmethod
     def of(
@@ -59,7 +61,7 @@ class Setup:
         loads: Loads,
         state: State,
         terms: Sequence[Maker],
-        fields: Sequence[FieldMaker] = (),
+        fields: Sequence[FieldOwner] = (),
     ) -> Setup:
         """Returns that of a model; state: with which it begins."""
         young = float(state.points.elastic_moduli().young.max())
@@ -111,5 +113,16 @@ class InStep:
 Maker = Callable[[InStep], Sequence[Term]]
 """Makes the terms of one kind in a step; none where they do not act."""
 
-FieldMaker = Callable[[InStep], Field]
-"""Makes a field of a step, with what is prescribed of it."""
+
+class FieldOwner(Stateful, Protocol):
+    """Has the values of a field from step to step; a term of the balance stores them.
+
+    Attributes:
+        name: of the field.
+    """
+
+    name: str
+
+    def in_step(self, of: InStep) -> Field:
+        """Returns the field on the nodes of a step, with its start and what is prescribed."""
+        ...

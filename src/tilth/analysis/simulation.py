@@ -12,7 +12,7 @@ from tilth.analysis.checks import check_first_step
 from tilth.analysis.owners import Arrays, WrongState, restore_all, restored_points
 from tilth.analysis.prepare import locate, prepare, soil_on
 from tilth.analysis.services import Services
-from tilth.analysis.setup import FieldMaker, InStep, Maker, Setup
+from tilth.analysis.setup import FieldOwner, InStep, Maker, Setup
 from tilth.analysis.state import State
 from tilth.analysis.step_result import PreparedStep, StepResult
 from tilth.analysis.step_terms import TERMS, balance_of, terms_of
@@ -40,7 +40,7 @@ class Simulation:
         initial: the undeformed points of all bodies of all stages, in the order of their numbers;
             computed if None.
         terms: makers of the terms of the balance.
-        fields: makers of further fields than the displacement.
+        fields: further fields than the displacement; the state has them as owners.
 
     Attributes:
         setup: what is declared, or follows from it; never changes.
@@ -57,7 +57,7 @@ class Simulation:
         points: MaterialPoints | None = None,
         initial: MaterialPoints | None = None,
         terms: Sequence[Maker] = TERMS,
-        fields: Sequence[FieldMaker] = (),
+        fields: Sequence[FieldOwner] = (),
     ) -> None:
         model.require_state_variables()
         initial = initial_points(model) if initial is None else initial
@@ -70,6 +70,7 @@ class Simulation:
             return loads.acceleration(time) + np.zeros(model.dimension)
 
         self.state = State(model, points, initial, acceleration)
+        self.state.owners |= {f"field {each.name}": each for each in fields}
         self.setup = Setup.of(model, loads, self.state, terms, fields)
         self.services = Services.of(model, len(points), SERIAL)
         self.services.warnings.departures(model)
@@ -77,18 +78,24 @@ class Simulation:
 
     @classmethod
     def restored(
-        cls, model: Model, arrays: Arrays, initial: MaterialPoints | None = None
+        cls,
+        model: Model,
+        arrays: Arrays,
+        initial: MaterialPoints | None = None,
+        terms: Sequence[Maker] = TERMS,
+        fields: Sequence[FieldOwner] = (),
     ) -> Simulation:
         """Returns a simulation in the state that `arrays` stored.
 
-        initial: as in the constructor.
+        initial, terms, fields: as in the constructor.
 
         Raises:
             MissingState: they lack something that a step reads.
             WrongState: they are not of this model.
         """
         initial = initial_points(model) if initial is None else initial
-        simulation = cls(model, restored_points(initial, arrays, model.stage.name != ""), initial)
+        points = restored_points(initial, arrays, model.stage.name != "")
+        simulation = cls(model, points, initial, terms, fields)
         restore_all(simulation.state.owners, arrays)
         if unknown := set(arrays) - set(simulation.state.arrays()):
             raise WrongState(f"{min(unknown)!r} belongs to nothing in it")

@@ -294,7 +294,10 @@ class StagedAnalysis:
         """
         last, comm = self.simulation, self.state.comm
         self.model, self.models = model, model.of_stages
-        simulation = Simulation.restored(model, collected(last).state.arrays())
+        arrays, declared = collected(last).state.arrays(), last.setup
+        simulation = Simulation.restored(
+            model, arrays, terms=declared.terms, fields=declared.fields
+        )
         simulation.services.go_on_from(last.services)
         simulation.locate(self.clock.time)
         simulation.distribute(comm)

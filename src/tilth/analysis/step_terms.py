@@ -158,7 +158,7 @@ def balance_of(of: InStep, terms: Sequence[Term], holds_others: bool = False) ->
 
     holds_others: whether only the displacement is looked for; the others stay as they are.
     """
-    others = [make(of) for make in of.setup.fields]
+    others = [each.in_step(of) for each in of.setup.fields]
     if holds_others:
         others = [replace(each, active=np.zeros(each.nodes.count, dtype=bool)) for each in others]
     fields = [displacement_of(of.step.active, of.step.conditions), *others]
