@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Stress update, force and stiffness alone: operations, bytes and time per point, every basis."""
+"""Kernels alone, stress update to point matrices: operations, bytes and time per point."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from tilth_verification.cases import varied
 
 BASES = ("linear", "gimp", "cpdi1")  # the kernels see no difference between cpdi1 and cpdi2
 CALLS = 25
+Action = Callable[[], object]
 
 SHIFT = 0.3
 """Share of a cell by which the points are moved: grid lines cut their domains, as in a flow."""
@@ -76,10 +77,14 @@ def work(stencil: Stencil) -> dict[str, tuple[float, float]]:
             products + columns + dim**2 * (dim + 1) * square,
             8 * (kept + response + 1),
         ),
+        "blocks": (
+            products + 2 * dim**2 * (1 + dim) * ((1 + dim) * n + square),
+            8 * (kept + (dim * (1 + dim)) ** 2),
+        ),
     }
 
 
-def shortest(action: Callable[[], object]) -> float:
+def shortest(action: Action) -> float:
     """Processor time of one call [s], the least of some."""
     times = []
     for _ in range(CALLS):
@@ -89,10 +94,22 @@ def shortest(action: Callable[[], object]) -> float:
     return min(times)
 
 
-def assemble(soil: Soil, active: ActiveGrid, blocks: npt.NDArray[np.float64]) -> None:
-    """Sets the matrix's blocks to the soil's stiffness."""
-    blocks.fill(0.0)
-    soil.add_stiffness(active, blocks)
+def assembly(soil: Soil, active: ActiveGrid) -> dict[str, Action]:
+    """What sets the matrix to the soil's stiffness, and to the blocks of full point matrices."""
+    dim = active.grid.dim
+    blocks = np.empty((len(active.column), dim, dim))
+    shape = (len(soil.points), dim, 1 + dim, dim, 1 + dim)
+    matrices = np.random.default_rng(0).standard_normal(shape)
+
+    def stiffness() -> None:
+        blocks.fill(0.0)
+        soil.add_stiffness(active, blocks)
+
+    def point_blocks() -> None:
+        blocks.fill(0.0)
+        soil.integrals.add_blocks(active.block_positions, matrices, blocks)
+
+    return {"stiffness": stiffness, "blocks": point_blocks}
 
 
 def main() -> None:
@@ -107,12 +124,11 @@ def main() -> None:
         simulation.state.points.position += SHIFT * simulation.state.grid.cell_size
         active = locate(simulation.state.points, simulation.state.grid, Buffers())
         soil = simulation.soil_on(active)
-        blocks = np.empty((len(active.column), active.grid.dim, active.grid.dim))
         displacement = 1e-4 * active.position
-        calls: dict[str, Callable[[], object]] = {
+        calls: dict[str, Action] = {
             "stress": lambda soil=soil, u=displacement: soil.update(u),
             "force": soil.internal_force,
-            "stiffness": lambda soil=soil, at=active, to=blocks: assemble(soil, at, to),
+            **assembly(soil, active),
         }
         (stencil,) = active.stencils
         nodes = np.average(np.diff(stencil.node_start), weights=np.diff(stencil.start))

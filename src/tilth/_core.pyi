@@ -131,9 +131,6 @@ def smooth_strains(group_start: Annotated[NDArray[numpy.int64], dict(order='C', 
     Increments of the points' volumetric strains towards their cells' mean (see f_bar.py).
     """
 
-def scatter(stencil: object, vector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], nodal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
-    """Adds sum_p S_a vector_p to nodal."""
-
 def add_predictions(stencil: object, node_position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], displacement: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], gradient: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], volume: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], sum: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """
     Adds weights and weighted displacements of the points' fields to sum (nodes, 1+dim).
@@ -141,9 +138,6 @@ def add_predictions(stencil: object, node_position: Annotated[NDArray[numpy.floa
 
 def current_volumes(deformation_gradient: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], initial_volume: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)]) -> NDArray[numpy.float64]:
     """det F times the initial volume of each point."""
-
-def interpolate(stencil: object, nodal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], vector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
-    """Fills the points' interpolated vectors."""
 
 @overload
 def advance(kind: str, stencil: object, displacement: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], position: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], response: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], plastic_before: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], plastic_after: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], last_gradient: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], deformation_gradient: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], cauchy: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], elastic_share: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')], forgotten_strain: float, kept: Annotated[NDArray[numpy.bool_], dict(order='C', device='cpu', writable=False)]) -> None:
@@ -171,6 +165,27 @@ def step_inverses(kind: str, stencil: object, displacement: Annotated[NDArray[nu
 def add_force_derivative(stencil: object, block_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], block_position: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], by_displacement: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], by_gradient: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], matrix: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
     """
     Adds the derivative of forces S_a f of the points by their displacement (n, dim, dim) and its gradient (n, dim, dim, dim) to the blocks (entries, dim, dim).
+    """
+
+def scatter(stencil: object, vector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], nodal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """Adds sum_p S_a vector_p to nodal."""
+
+def interpolate(stencil: object, nodal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], vector: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """Fills the points' interpolated vectors."""
+
+def scatter_gradient(stencil: object, flux: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], nodal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """
+    Adds sum_p flux_p grad S_a, flux (n, components, dim), to nodal (nodes, components); 1 or dim components.
+    """
+
+def interpolate_gradient(stencil: object, nodal: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], gradient: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """
+    Fills the points' gradients (n, components, dim) of nodal (nodes, components); 1 or dim components.
+    """
+
+def add_point_blocks(stencil: object, block_start: Annotated[NDArray[numpy.int64], dict(order='C', device='cpu', writable=False)], block_position: Annotated[NDArray[numpy.int32], dict(order='C', device='cpu', writable=False)], point_matrix: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu', writable=False)], matrix: Annotated[NDArray[numpy.float64], dict(order='C', device='cpu')]) -> None:
+    """
+    Adds sum_p S_a D_p S_b with S = (value, gradient) and the points' matrices D (n, r, 1+dim, c, 1+dim) to the blocks (entries, r, c); r and c are 1 or dim.
     """
 
 def materials() -> dict[str, tuple[list[str], list[tuple[str, str]], bool]]:

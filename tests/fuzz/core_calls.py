@@ -29,6 +29,8 @@ from small_problems import BASES, KINDS, block_entries, dimension, parameters, r
 from tilth import Model, _core
 from tilth.analysis.simulation import Simulation
 from tilth.grid.background import Grid
+from tilth.mpm.active_grid import ActiveGrid
+from tilth.mpm.point_integrals import PointIntegrals
 
 ORDINARY = (ValueError, TypeError, IndexError)
 KEPT = 6
@@ -190,6 +192,7 @@ def valid_calls() -> dict[str, list[Call]]:
         for model in models():
             simulation = Simulation(model)
             active = simulation.advance(0.0, 0.3).active
+            use_point_integrals(active)
             simulation.advance(0.3, 0.6)
             active.stencils[0].basis()
             simulation.state.points.stored_energy()
@@ -199,6 +202,17 @@ def valid_calls() -> dict[str, list[Call]]:
     for call in [*direct_calls(), *dense_calls(calls["add_scaled_blocks"])]:
         calls.setdefault(call.name, []).append(call)
     return calls
+
+
+def use_point_integrals(active: ActiveGrid) -> None:
+    """Calls what a field of one component and one of all directions need from the points."""
+    integrals, dim = PointIntegrals(active), active.grid.dim
+    for r in (1, dim):
+        integrals.scattered_gradient(integrals.gradient(np.ones((active.nodes, r))))
+        for c in (1, dim):
+            matrices = np.ones((len(active.points), r, 1 + dim, c, 1 + dim))
+            blocks = np.zeros((len(active.column), r, c))
+            integrals.add_blocks(active.block_positions, matrices, blocks)
 
 
 def dense_calls(scaled: list[Call]) -> Iterator[Call]:

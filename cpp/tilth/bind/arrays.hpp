@@ -56,6 +56,7 @@ void bind_stencil(nb::module_& module);
 void bind_corners(nb::module_& module);
 void bind_points(nb::module_& module);
 void bind_point_forces(nb::module_& module);
+void bind_point_integrals(nb::module_& module);
 void bind_materials(nb::module_& module);
 void bind_sparse(nb::module_& module);
 void bind_elements(nb::module_& module);

@@ -47,6 +47,7 @@ NB_MODULE(_core, module) {
   tilth::bind::bind_corners(module);
   tilth::bind::bind_points(module);
   tilth::bind::bind_point_forces(module);
+  tilth::bind::bind_point_integrals(module);
   tilth::bind::bind_materials(module);
   tilth::bind::bind_sparse(module);
   tilth::bind::bind_elements(module);

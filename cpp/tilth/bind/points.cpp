@@ -257,33 +257,6 @@ auto smooth_strains(ConstIntegers group_start, nb::handle centres_handle, std::i
   return give(std::move(increment));
 }
 
-/// Returns the number of components of nodal vectors (nodes, components) or scalars (nodes,).
-template <class Nodal, class Vector>
-int components_of(const StencilView& stencil, const Nodal& nodal, const Vector& vector) {
-  require(nodal.ndim() == 1 || nodal.ndim() == 2, "nodal", "has not one or two axes");
-  const auto components = nodal.ndim() == 2 ? static_cast<std::int64_t>(nodal.shape(1)) : 1;
-  require(components <= std::numeric_limits<int>::max(), "nodal", "has too many columns");
-  stencil.require_nodes(static_cast<std::int64_t>(nodal.shape(0)), "nodal");
-  require_size(vector, stencil.points() * components, "vector");
-  return static_cast<int>(components);
-}
-
-void scatter(nb::handle stencil_handle, ConstDoubles vector, Doubles nodal) {
-  const StencilView stencil(stencil_handle);
-  const int components = components_of(stencil, nodal, vector);
-  nb::gil_scoped_release release;
-  const auto scatter = stencil.dim == 2 ? &kernel::scatter<2> : &kernel::scatter<3>;
-  scatter(stencil, components, vector.data(), nodal.data());
-}
-
-void interpolate(nb::handle stencil_handle, ConstDoubles nodal, Doubles vector) {
-  const StencilView stencil(stencil_handle);
-  const int components = components_of(stencil, nodal, vector);
-  nb::gil_scoped_release release;
-  const auto interpolate = stencil.dim == 2 ? &kernel::interpolate<2> : &kernel::interpolate<3>;
-  interpolate(stencil, components, nodal.data(), vector.data());
-}
-
 void add_predictions(nb::handle stencil_handle, ConstDoubles node_position, ConstDoubles position,
                      ConstDoubles displacement, ConstDoubles gradient, ConstDoubles volume,
                      Doubles sum) {
@@ -414,16 +387,12 @@ void bind_points(nb::module_& module) {
       "smooth_strains", &smooth_strains, "group_start"_a, "centres"_a, "cells"_a, "strain"_a,
       "volume"_a, "fraction"_a,
       "Increments of the points' volumetric strains towards their cells' mean (see f_bar.py).");
-  module.def("scatter", &scatter, "stencil"_a, "vector"_a, "nodal"_a,
-             "Adds sum_p S_a vector_p to nodal.");
   module.def(
       "add_predictions", &add_predictions, "stencil"_a, "node_position"_a, "position"_a,
       "displacement"_a, "gradient"_a, "volume"_a, "sum"_a,
       "Adds weights and weighted displacements of the points' fields to sum (nodes, 1+dim).");
   module.def("current_volumes", &current_volumes, "deformation_gradient"_a, "initial_volume"_a,
              "det F times the initial volume of each point.");
-  module.def("interpolate", &interpolate, "stencil"_a, "nodal"_a, "vector"_a,
-             "Fills the points' interpolated vectors.");
   module.def("advance", &advance, "kind"_a, "stencil"_a, "displacement"_a, "position"_a,
              "response"_a, "plastic_before"_a, "plastic_after"_a, "last_gradient"_a,
              "deformation_gradient"_a, "cauchy"_a, "elastic_share"_a, "forgotten_strain"_a,

@@ -199,19 +199,20 @@ void add_element_products(const Elements& elements, const Matrices& matrices, co
 template <int Components, class Matrices>
 bool add_element_blocks(const Elements& elements, const BlockPositions& blocks,
                         const Matrices& matrices, double* matrix) {
+  constexpr int entries = Components * Components;
   Found outside;
   for_each_by_colour(elements, [&](std::int64_t e) {
     const int n = elements.nodes_of(e);
     const std::int32_t* node = elements.node + elements.node_start[e];
-    if (!prefetch_blocks<Components>(e, n, NodeRuns(n, node), blocks, matrix)) return outside.set();
+    if (!prefetch_blocks<entries>(e, n, NodeRuns(n, node), blocks, matrix)) return outside.set();
     const std::int32_t* position = blocks.position + blocks.start[e];
     const auto element = matrices.element(e, n);
     for (int a = 0; a < n; ++a)
       for (int b = 0; b < n; ++position) {
-        double* block = matrix + std::int64_t{*position} * Components * Components;
+        double* block = matrix + std::int64_t{*position} * entries;
         do {
           element.add_block(a, b, block);
-          block += Components * Components;
+          block += entries;
           ++b;
         } while (b < n && node[b] == node[b - 1] + 1);
       }

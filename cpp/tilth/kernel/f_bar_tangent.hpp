@@ -60,7 +60,7 @@ template <class K, int N>
 class CellTerms {
  public:
   static constexpr int dim = K::dim;
-  static constexpr int capacity = ProductSum<dim, N>::nodes;
+  static constexpr int capacity = ProductSum<dim * dim, N>::nodes;
 
   CellTerms(const Centres& centres, std::int64_t group, int nodes, bool symmetric)
       : single(centres.cells_of(group) == 1),
@@ -83,7 +83,7 @@ class CellTerms {
   /// hoop strain per radial displacement.
   void add(const Response<K>& s, const VolumetricModuli<K>& moduli, double excess, double volume,
            std::int64_t index, const double (*current)[capacity], const double* value,
-           double hoop_per_value, ProductSum<dim, N>& products) {
+           double hoop_per_value, ProductSum<dim * dim, N>& products) {
     if (single) {
       weight_[0] += volume * excess;
     } else {
@@ -99,7 +99,7 @@ class CellTerms {
   }
 
   /// Adds the products of the sums.
-  void finish(ProductSum<dim, N>& products) const {
+  void finish(ProductSum<dim * dim, N>& products) const {
     if (!single) return;
     products.reserve(f_bar_products<K>);
     append_products(products);
@@ -107,7 +107,7 @@ class CellTerms {
 
   /// Adds the second derivatives of the determinant, over it: trace_ai trace_bk - trace_ak
   /// trace_bi. The nodes of the group have these places.
-  void add_second_derivatives(const std::uint8_t* place, LocalMatrix<dim>& local) const {
+  void add_second_derivatives(const std::uint8_t* place, LocalMatrix<dim * dim>& local) const {
     constexpr int corners = 1 << dim;
     for (int c = 0; c < cells_.count; ++c) {
       if (weight_[c] == 0.0) continue;
@@ -168,7 +168,7 @@ class CellTerms {
   }
 
   /// Appends T (x) (M' + d A - e T) and M (x) A, in axisymmetry also U (x) (M' + d A - e U).
-  void append_products(ProductSum<dim, N>& products) const {
+  void append_products(ProductSum<dim * dim, N>& products) const {
     const auto* column = symmetric_ ? row_ : column_;
     const int first = products.append(f_bar_products<K>);
     products.clear(first);

@@ -92,40 +92,4 @@ void internal_force(const Stencil& stencil, const double* volume, const double* 
   add(stencil, volume, position, response, centres, force);
 }
 
-/// Adds sum_p S_a vector_p to `nodal` (nodes, components): external forces, masses, volumes.
-template <int Dim>
-void scatter(const Stencil& stencil, int components, const double* vector, double* nodal) {
-  for_each_by_colour(stencil, [&](std::int64_t g) {
-    const int n = stencil.nodes_of(g);
-    const std::int32_t* node = stencil.node + stencil.node_start[g];
-    GroupBasis<Dim, 0, true, false> basis(stencil, g);
-    for (std::int64_t p = stencil.start[g]; p < stencil.start[g + 1]; ++p) {
-      basis.advance();
-      for (int a = 0; a < n; ++a)
-        for (int i = 0; i < components; ++i)
-          nodal[components * std::int64_t{node[a]} + i] +=
-              basis.value[a] * vector[components * p + i];
-    }
-  });
-}
-
-/// Interpolates nodal vectors (nodes, components) to the points with the points' basis.
-template <int Dim>
-void interpolate(const Stencil& stencil, int components, const double* nodal, double* vector) {
-  for_groups(stencil, [&](std::int64_t g) {
-    const int n = stencil.nodes_of(g);
-    const std::int32_t* node = stencil.node + stencil.node_start[g];
-    GroupBasis<Dim, 0, true, false> basis(stencil, g);
-    for (std::int64_t p = stencil.start[g]; p < stencil.start[g + 1]; ++p) {
-      basis.advance();
-      for (int i = 0; i < components; ++i) {
-        double sum = 0.0;
-        for (int a = 0; a < n; ++a)
-          sum += basis.value[a] * nodal[components * std::int64_t{node[a]} + i];
-        vector[components * p + i] = sum;
-      }
-    }
-  });
-}
-
 }  // namespace tilth::kernel

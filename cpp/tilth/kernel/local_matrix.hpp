@@ -32,9 +32,9 @@ struct NodeRuns {
   }
 };
 
-/// Prefetches the blocks of a group, which are scattered over the matrix. Returns whether all are
-/// inside of it.
-template <int Dim>
+/// Prefetches the blocks of a group, of so many numbers each, which are scattered over the matrix.
+/// Returns whether all are inside of it.
+template <int Entries>
 bool prefetch_blocks(std::int64_t group, int n, const NodeRuns& runs, const BlockPositions& blocks,
                      const double* matrix) {
   constexpr int line = 8;  // numbers of a cache line
@@ -44,9 +44,9 @@ bool prefetch_blocks(std::int64_t group, int n, const NodeRuns& runs, const Bloc
   bool inside = true;
   for (int a = 0; a < n; ++a)
     for (int run = 0, b = 0; run < runs.count; b = runs.end[run++], ++position) {
-      const int numbers = (runs.end[run] - b) * Dim * Dim;
+      const int numbers = (runs.end[run] - b) * Entries;
       inside = inside && *position >= 0 && *position <= blocks.blocks - (runs.end[run] - b);
-      const double* entry = matrix + std::int64_t{*position} * Dim * Dim;
+      const double* entry = matrix + std::int64_t{*position} * Entries;
       for (int e = 0; e < numbers; e += line) __builtin_prefetch(entry + e, 1);
       __builtin_prefetch(entry + numbers - 1, 1);
     }
@@ -79,11 +79,16 @@ void scatter_blocks(int n, const NodeRuns& runs, const std::int32_t* position, c
     }
 }
 
-/// Adds the transpose of a block.
-template <int Dim>
+/// Adds the transpose of a square block.
+template <int Entries>
 void add_transposed(const double* from, double* to) {
+  static_assert(Entries == 1 || Entries == 4 || Entries == 9);
+  if constexpr (Entries == 1) {
+    *to += *from;
+    return;
+  }
   const auto& low = *reinterpret_cast<const UnalignedHalf*>(from);
-  if constexpr (Dim == 2) {
+  if constexpr (Entries == 4) {
     add_registers(UnalignedHalf{low[0], low[2], low[1], low[3]}, to);
   } else if constexpr (wide_registers) {
     const UnalignedWide eight = *reinterpret_cast<const UnalignedWide*>(from);
@@ -99,12 +104,13 @@ void add_transposed(const double* from, double* to) {
   }
 }
 
-/// Local matrix between the nodes of a cluster. Of a symmetric one only the blocks b >= a are used,
-/// `a` and `b` places of nodes in the cluster.
-template <int Dim>
+/// Local matrix between the nodes of a cluster, in blocks of so many numbers. Of a symmetric one,
+/// whose blocks are square, only those b >= a are used, `a` and `b` places of nodes in the cluster.
+template <int Entries>
 class LocalMatrix {
  public:
-  static constexpr int entries = Dim * Dim;  // of a block
+  static constexpr int entries = Entries;
+  static constexpr bool square = entries == 1 || entries == 4 || entries == 9;
 
   LocalMatrix(int nodes, bool symmetric)
       : symmetric(symmetric), stride_(padded_columns(nodes * entries)), size_(nodes * stride_) {
@@ -133,9 +139,9 @@ class LocalMatrix {
       for (int run = 0, b = 0; run < runs.count; ++run, ++position) {
         const int end = runs.end[run];
         double* to = matrix + std::int64_t{*position} * entries;
-        if (symmetric)
-          for (; b < std::min(a, end); ++b, to += entries)
-            add_transposed<Dim>(block(place[b], place[a]), to);
+        if constexpr (square)
+          for (; symmetric && b < std::min(a, end); ++b, to += entries)
+            add_transposed<entries>(block(place[b], place[a]), to);
         while (b < end) {
           const int first = b++;
           while (b < end && place[b] == place[b - 1] + 1) ++b;
@@ -159,10 +165,10 @@ class LocalMatrix {
 
 /// Sum of outer products of rows over the nodes of a group and rows over its blocks (b, i, k),
 /// added to a local matrix when they have become many. N nodes, 0 for a number known at run time.
-template <int Dim, int N>
+template <int Entries, int N>
 class ProductSum {
  public:
-  static constexpr int entries = Dim * Dim;
+  static constexpr int entries = Entries;
   static constexpr int lanes = padded_columns(entries);  // of a block
   static constexpr int nodes = padded_columns(N > 0 ? N : maximum_nodes + 2);
   static constexpr int columns = (N > 0 ? N : maximum_nodes) * lanes;
@@ -170,7 +176,7 @@ class ProductSum {
   static constexpr int capacity = std::clamp(bytes / (8 * (nodes + columns)), 10, 48);
 
   /// `overwrite`: the first sum replaces the local matrix, whose nodes are those of the group.
-  ProductSum(int n, const std::uint8_t* place, LocalMatrix<Dim>& local, bool overwrite)
+  ProductSum(int n, const std::uint8_t* place, LocalMatrix<entries>& local, bool overwrite)
       : n_(n), place_(place), local_(local), overwrite_(overwrite) {
     int column = 0;
     for (int b = 0; b < n; ++b) {
@@ -199,6 +205,9 @@ class ProductSum {
     terms_ += count;
     for (int t = first; t < terms_; ++t)
       for (int a = n; a % tile_rows(N) != 0; ++a) left_[t][a] = 0.0;
+    if constexpr (entries < 4)  // the last block of a run does not reach to its end
+      for (int t = first; t < terms_; ++t)
+        for (int run = 0; run < runs_; ++run) std::fill_n(right_[t] + run_end_[run] - 3, 3, 0.0);
     return first;
   }
 
@@ -238,7 +247,7 @@ class ProductSum {
  private:
   const int n_;
   const std::uint8_t* place_;
-  LocalMatrix<Dim>& local_;
+  LocalMatrix<entries>& local_;
   bool overwrite_;
   int terms_ = 0, runs_ = 0;
   int column_[N > 0 ? N : maximum_nodes];  // of each block in the right rows

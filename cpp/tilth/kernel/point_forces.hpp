@@ -42,7 +42,7 @@ bool add_force_derivative(const Stencil& stencil, const BlockPositions& blocks,
       if (stencil.start[g] == stencil.start[g + 1]) return;
       const std::int32_t* block = blocks.position + blocks.start[g];
       const NodeRuns runs(n, stencil.node + stencil.node_start[g]);
-      if (!prefetch_blocks<Dim>(g, n, runs, blocks, matrix)) return outside.set();
+      if (!prefetch_blocks<entries>(g, n, runs, blocks, matrix)) return outside.set();
       constexpr int capacity = N > 0 ? N : maximum_nodes;
       double local[capacity * capacity * entries], factor[capacity * entries];
       std::fill_n(local, n * entries * n, 0.0);

@@ -8,17 +8,17 @@
 // with s_pq = (tau_p - tau_q) / (beta_p - beta_q). (docs/theory/mechanics.md, "Tangent")
 // Each principal direction of a point is one outer product: the gradients g_q times the tangent's
 // column. Those of a group are added at once, as a product of small dense matrices, to the local
-// matrix of its cluster (local_matrix.hpp). Where D is symmetric, the blocks below the diagonal are
-// those above it, transposed, and are not computed. F-bar's terms are in f_bar_tangent.hpp.
+// matrix of its cluster (local_matrix.hpp, assembly.hpp). Where D is symmetric, the blocks below
+// the diagonal are those above it, transposed, and are not computed. F-bar's terms are in
+// f_bar_tangent.hpp.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <optional>
 
+#include "assembly.hpp"
 #include "basis_values.hpp"
 #include "f_bar_tangent.hpp"
-#include "local_matrix.hpp"
 #include "response.hpp"
 
 namespace tilth::kernel {
@@ -113,7 +113,7 @@ bool is_symmetric(const Response<K>& s) {
 /// tangent's column times gradients. Returns the number of the first.
 template <class K, int N>
 int append_point(const Response<K>& s, double volume, int n, const double* gradient,
-                 ProductSum<K::dim, N>& products) {
+                 ProductSum<K::dim * K::dim, N>& products) {
   constexpr int dim = K::dim;
   const int first = products.append(dim);
   auto* current = products.left(first);
@@ -156,7 +156,7 @@ inline constexpr int hoop_products = K::hoop ? K::dim + 1 : 0;
 template <class K, int N, int Columns>
 void append_hoop(const Response<K>& s, double volume, double radius, int n,
                  const double (*current)[Columns], const double* value,
-                 ProductSum<K::dim, N>& products) {
+                 ProductSum<K::dim * K::dim, N>& products) {
   constexpr int dim = K::dim;
   const double per_value = s.hoop_inverse / radius;
   const int first = products.append(hoop_products<K>);
@@ -177,7 +177,7 @@ void append_hoop(const Response<K>& s, double volume, double radius, int n,
   }
 }
 
-/// What the stiffness of one body depends on; see stiffness() below.
+/// What the stiffness of one body depends on; see add_stiffness() below.
 template <class K>
 struct PointArrays {
   const double* volume;
@@ -190,14 +190,14 @@ struct PointArrays {
 /// these places in the local matrix. `overwrite`: see ProductSum.
 template <class K, bool FBar, int N>
 void add_group(const Stencil& stencil, const PointArrays<K>& points, std::int64_t group,
-               const std::uint8_t* place, bool overwrite, LocalMatrix<K::dim>& local) {
+               const std::uint8_t* place, bool overwrite, LocalMatrix<K::dim * K::dim>& local) {
   constexpr int dim = K::dim;
   const int n = N > 0 ? N : stencil.nodes_of(group);
   const std::int64_t start = stencil.start[group];
-  ProductSum<dim, N> products(n, place, local, overwrite);
+  ProductSum<dim * dim, N> products(n, place, local, overwrite);
   std::optional<CellTerms<K, N>> terms;
   if constexpr (FBar) terms.emplace(*points.centres, group, n, local.symmetric);
-  static_assert(dim + hoop_products<K> + f_bar_products<K> <= ProductSum<dim, N>::capacity);
+  static_assert(dim + hoop_products<K> + f_bar_products<K> <= ProductSum<dim * dim, N>::capacity);
   int room = dim + hoop_products<K>;  // for the products of a point
   if constexpr (FBar) room += terms->single ? 0 : f_bar_products<K>;
   GroupBasis<dim, N, K::hoop, true> basis(stencil, group);
@@ -230,64 +230,28 @@ void add_group(const Stencil& stencil, const PointArrays<K>& points, std::int64_
   if constexpr (FBar) terms->add_second_derivatives(place, local);
 }
 
-/// Adds the stiffness of the groups of a cluster. Returns whether all their blocks are inside of
-/// the matrix; if not, nothing is added.
-template <class K, bool FBar>
-bool add_cluster(const Stencil& stencil, const BlockPositions& blocks, const PointArrays<K>& points,
-                 const Cluster<K::dim>& cluster, double* matrix) {
-  constexpr int dim = K::dim;
-  bool empty = true, symmetric = true;
-  for (int i = 0; i < cluster.groups; ++i) {
-    const std::int64_t g = cluster.group[i];
-    const auto *first = points.response + stencil.start[g],
-               *last = points.response + stencil.start[g + 1];
-    empty = empty && first == last;
-    symmetric = symmetric && std::all_of(first, last, is_symmetric<K>);
-  }
-  if (empty) return true;
-  bool inside = true;
-  cluster.for_widest([&](int i, bool) {
-    const std::int64_t g = cluster.group[i];
-    const NodeRuns runs(stencil.nodes_of(g), stencil.node + stencil.node_start[g]);
-    inside = inside && prefetch_blocks<dim>(g, stencil.nodes_of(g), runs, blocks, matrix);
-  });
-  if (!inside) return false;
-  LocalMatrix<dim> local(cluster.nodes, symmetric);
-  const bool overwrite = cluster.groups == 1;
-  if (!overwrite) local.clear();
-  for (int i = 0; i < cluster.groups; ++i) {
-    const std::int64_t g = cluster.group[i];
-    if (stencil.start[g] == stencil.start[g + 1] || stencil.nodes_of(g) == 0) continue;
-    with_node_count<dim>(stencil.nodes_of(g), [&]<int N>() {
-      add_group<K, FBar, N>(stencil, points, g, cluster.place[i], overwrite, local);
-    });
-  }
-  cluster.for_widest([&](int i, bool last) {
-    const std::int64_t g = cluster.group[i];
-    const int n = stencil.nodes_of(g);
-    const NodeRuns runs(n, stencil.node + stencil.node_start[g]);
-    local.scatter(n, cluster.place[i], runs, blocks.position + blocks.start[g], matrix);
-    if (!last) local.clear(n, cluster.place[i]);
-  });
-  return true;
-}
-
 /// Returns whether all `blocks` are inside of the matrix and all nodes inside of `boxes`; those of
 /// other clusters are not added.
 /// `volume`: V0 of each point, with F-bar V0 J / J_bar at the start of the step.
+template <class K, bool FBar>
+bool add_stiffness(const Stencil& stencil, const Boxes& boxes, const BlockPositions& blocks,
+                   const PointArrays<K>& points, double* matrix) {
+  constexpr int dim = K::dim;
+  return add_groups<dim, dim * dim>(
+      stencil, boxes, blocks, [&](std::int64_t p) { return is_symmetric(points.response[p]); },
+      [&]<int N>(std::int64_t group, const std::uint8_t* place, bool overwrite,
+                 LocalMatrix<dim * dim>& local) {
+        add_group<K, FBar, N>(stencil, points, group, place, overwrite, local);
+      },
+      matrix);
+}
+
+/// See add_stiffness() above.
 template <class K>
 bool stiffness(const Stencil& stencil, const Boxes& boxes, const BlockPositions& blocks,
                const PointArrays<K>& points, double* matrix) {
-  const auto add = points.centres != nullptr ? &add_cluster<K, true> : &add_cluster<K, false>;
-  Found outside;
-  for_each_slab(stencil, [&](const std::int64_t* group, const std::int64_t* end) {
-    while (group < end) {
-      const Cluster<K::dim> cluster(stencil, boxes, group, end);
-      if (!cluster.valid || !add(stencil, blocks, points, cluster, matrix)) outside.set();
-      group += cluster.groups;
-    }
-  });
-  return !outside;
+  const auto add = points.centres != nullptr ? &add_stiffness<K, true> : &add_stiffness<K, false>;
+  return add(stencil, boxes, blocks, points, matrix);
 }
 
 }  // namespace tilth::kernel

@@ -20,6 +20,7 @@ from tilth.mpm.domains import MovedDomains, move_domain_faces, moved_domains, up
 from tilth.mpm.f_bar import Centres
 from tilth.mpm.interval import INSTANT, Interval
 from tilth.mpm.plastic_volumes import PlasticVolumes, with_volume_change
+from tilth.mpm.point_integrals import PointIntegrals
 from tilth.mpm.points import ElasticModuli, MaterialPoints
 from tilth.mpm.torn_off import torn_off
 from tilth.timers import Timers
@@ -89,6 +90,7 @@ class Soil:
         interval: the time that the step takes.
 
     Attributes:
+        integrals: over the points, of any quantity of theirs.
         past: plastic flow in the step that cannot be undone; None without.
     """
 
@@ -103,6 +105,7 @@ class Soil:
     ) -> None:
         self.points = points
         self.active = active
+        self.integrals = PointIntegrals(active)
         self.kind = kind
         self._timers = timers
         self._interval = interval.array
@@ -261,12 +264,8 @@ class Soil:
 
     def scatter(self, vector: Floats) -> Floats:
         """Returns sum_p S_ap vector_p of a quantity of the points, (n, k) -> (nodes, k)."""
-        nodal = np.zeros((self.active.nodes, *vector.shape[1:]))
         with self._timers.measure("assembly"):
-            for range_, stencil in zip(self.points.ranges, self.active.stencils, strict=True):
-                part = np.ascontiguousarray(vector[range_.start : range_.stop], dtype=np.float64)
-                _core.scatter(stencil, part, nodal)
-        return nodal
+            return self.integrals.scattered(vector)
 
     @cached_property
     def elastic_moduli(self) -> ElasticModuli:
@@ -297,10 +296,7 @@ class Soil:
 
     def interpolate(self, nodal: Floats) -> Floats:
         """Returns sum_a S_ap nodal_a at the points, shape (n, dim)."""
-        vector = np.empty((len(self.points), nodal.shape[1]))
-        for range_, stencil in zip(self.points.ranges, self.active.stencils, strict=True):
-            _core.interpolate(stencil, nodal, vector[range_.start : range_.stop])
-        return vector
+        return self.integrals.interpolated(nodal)
 
     def step_inverses(self, displacement: Floats) -> tuple[Floats, Floats]:
         """Returns determinants and inverses of the step's deformation gradients at the points [-].
