@@ -80,6 +80,7 @@ class BlockMatrix:
         blocks: by pairs of names.
         border: rows and columns of the global unknowns, which only the displacement has; None
             without such unknowns.
+        memory: the numbers of all blocks, one block after the other in the order of `blocks`.
     """
 
     def __init__(
@@ -94,12 +95,12 @@ class BlockMatrix:
             pair: len(pattern.column) * fields[pair[0]].components * fields[pair[1]].components
             for pair, pattern in patterns.items()
         }
-        self._memory = take(sum(sizes.values()))
+        self.memory = take(sum(sizes.values()))
         self.blocks: dict[Pair, Block] = {}
         at = 0
         for pair, pattern in patterns.items():
             row, column = fields[pair[0]], fields[pair[1]]
-            part = self._memory[at : at + sizes[pair]]
+            part = self.memory[at : at + sizes[pair]]
             values = part.reshape(-1, row.components, column.components)
             self.blocks[pair] = Block(row, column, pattern, values)
             at += sizes[pair]
@@ -109,7 +110,7 @@ class BlockMatrix:
 
     def clear(self) -> None:
         """Sets all entries to zero."""
-        self._memory.fill(0.0)
+        self.memory.fill(0.0)
 
     def times(self, x: Unknowns) -> Unknowns:
         """Returns the product with all unknowns, rows of constrained ones included.

@@ -14,7 +14,7 @@ from collections.abc import Callable
 import numpy as np
 
 from tilth.algebra.border import Border
-from tilth.arrays import Floats, Integers
+from tilth.arrays import Floats
 from tilth.comm import norm
 from tilth.solvers.protocol import Matrix, SolveFailed, Solver
 from tilth.solvers.system import LinearSystem
@@ -52,15 +52,30 @@ def factorise_bordered(
     Raises:
         SolveFailed: if the matrix is singular or nearly so.
     """
-    matrix, rows, columns = equilibrated(_bordered_matrix(system.matrix(), border, system.free))
+    columns, rows = (
+        part.reshape(border.unknowns, -1)[:, system.free] for part in (border.columns, border.rows)
+    )
+    return factorise_with_border(solver, system.matrix(), columns, rows, border.corner)
+
+
+def factorise_with_border(
+    solver: Solver,
+    matrix: Matrix,
+    columns_of_border: Floats,
+    rows_of_border: Floats,
+    corner: Floats,
+) -> Callable[[Floats], Floats]:
+    """As `factorise_bordered`, for any matrix A (n, n), B and C (m, n) each, and D (m, m)."""
+    parts = (columns_of_border, rows_of_border, corner)
+    matrix, rows, columns = equilibrated(_bordered_matrix(matrix, *parts))
     solver.setup(matrix)
-    free, unknowns = len(system.free), border.unknowns
+    unknowns = len(corner)
+    free = len(rows) - unknowns
     inverse = np.empty((unknowns, unknowns))  # of the Schur complement
     for k in range(unknowns):
         unit = np.zeros(free + unknowns)
         unit[free + k] = 1.0
         inverse[:, k] = solver.solve(unit).x[free:]
-    parts = (border.columns, border.rows, border.corner)
     known = all(bool(np.isfinite(part).all()) for part in parts)
     require_regular(inverse, 1.0 if known else math.nan, LARGEST_CONDITION)
     return lambda right_side: columns * solver.solve(rows * right_side).x
@@ -96,21 +111,20 @@ def equilibrated(matrix: Matrix) -> tuple[Matrix, Floats, Floats]:
     return Matrix(scaled, matrix.indices, matrix.indptr, matrix.comm), rows, columns
 
 
-def _bordered_matrix(matrix: Matrix, border: Border, free: Integers) -> Matrix:
+def _bordered_matrix(matrix: Matrix, columns: Floats, rows: Floats, corner: Floats) -> Matrix:
     """Returns the whole matrix, its pattern symmetric, with the global unknowns last."""
     import scipy.sparse as sp  # takes 0.2 s: only where it is used
 
-    unknowns = border.unknowns
-    columns, rows = (part.reshape(unknowns, -1)[:, free] for part in (border.columns, border.rows))
+    unknowns, free = columns.shape
     number, index = np.nonzero((columns != 0.0) | (rows != 0.0))
-    corner = np.indices((unknowns, unknowns)).reshape(2, -1)
-    shape = (len(free), unknowns)
+    place = np.indices((unknowns, unknowns)).reshape(2, -1)
+    shape = (free, unknowns)
     whole = sp.bmat(
         [
             [matrix.in_scipy(), sp.coo_matrix((columns[number, index], (index, number)), shape)],
             [
                 sp.coo_matrix((rows[number, index], (number, index)), shape[::-1]),
-                sp.coo_matrix((border.corner.ravel(), tuple(corner)), (unknowns, unknowns)),
+                sp.coo_matrix((corner.ravel(), tuple(place)), (unknowns, unknowns)),
             ],
         ],
         format="csc",

@@ -8,9 +8,11 @@ from collections.abc import Callable
 
 import numpy as np
 
+from tilth.algebra.field import DISPLACEMENT
 from tilth.arrays import Floats
 from tilth.comm import count
 from tilth.solvers.bordered_system import factorise_bordered, solve_condensed
+from tilth.solvers.cycle import Cycle, CycleOfOne
 from tilth.solvers.multigrid import Multigrid
 from tilth.solvers.protocol import SolveFailed, Solver
 from tilth.solvers.system import LinearSystem
@@ -29,14 +31,16 @@ def mean_cross_section(system: LinearSystem) -> float:
     return count(comm, system.active.owned_nodes) / (max(sides) + 1.0)
 
 
-def effective_size(system: LinearSystem) -> float:
+def effective_size(system: LinearSystem, components: int = 0) -> float:
     """Returns the number of unknowns; for a slender body that of a square or cube as thick as it.
 
     A direct solver's work per unknown grows with the cross-section, not with the length.
+
+    components: number of unknowns of a node, with those of other fields; of the system if 0.
     """
-    dim = system.active.grid.dim
-    thick = system.components * mean_cross_section(system) ** (dim / (dim - 1))
-    return float(min(system.components * count(system.comm, system.active.owned_nodes), thick))
+    dim, components = system.active.grid.dim, components or system.components
+    thick = components * mean_cross_section(system) ** (dim / (dim - 1))
+    return float(min(components * count(system.comm, system.active.owned_nodes), thick))
 
 
 class LinearSolver:
@@ -65,29 +69,53 @@ class LinearSolver:
         self._multigrid_from = multigrid_from
         self.note = note
         self._banded = banded
-        self._multigrid: Multigrid | None = None
+        self._multigrid: dict[str, Multigrid] = {}
         self.direct_systems: Counter[str] = Counter()
         self.iterations: list[int] = []
 
     def begin(self, system: LinearSystem) -> StepSolver:
         """Returns the solver of the systems of one step, whose matrices `system` has in turn."""
-        large = self._multigrid_from is not None and effective_size(system) >= self._multigrid_from
-        return StepSolver(self, system, self._direct_for(system), large)
+        count = system.components
+        direct = self.direct_for(system, count)
+        return StepSolver(self, system, direct, self.takes_multigrid(system, count))
 
-    def _direct_for(self, system: LinearSystem) -> Solver:
-        half_band = (
-            system.components * mean_cross_section(system) * (system.active.coupling_distance + 1)
-        )
+    def takes_multigrid(self, system: LinearSystem, components: int) -> bool:
+        """Returns whether multigrid is tried first; components: see `effective_size`."""
+        least = self._multigrid_from
+        return least is not None and effective_size(system, components) >= least
+
+    def direct_for(self, system: LinearSystem, components: int) -> Solver:
+        """Returns the direct solver, or that of narrow bands where the nodes make one.
+
+        components: number of unknowns of a node, with those of other fields.
+        """
+        half_band = components * mean_cross_section(system) * (system.active.coupling_distance + 1)
         if self._banded is not None and half_band <= LARGEST_HALF_BANDWIDTH:
             return self._banded
         return self.direct
 
-    def levels(self, system: LinearSystem) -> Multigrid:
-        """Returns the levels of a step: the last step's if the active grid is the same."""
-        if self._multigrid is None or not self._multigrid.begin(system.active, system.constrained):
-            self._multigrid = None  # frees its memory before the new levels are made
-            self._multigrid = Multigrid(system.active, system.constrained)
-        return self._multigrid
+    def levels(self, system: LinearSystem, name: str = DISPLACEMENT) -> Multigrid:
+        """Returns the levels of a field in a step: the last step's if the active grid is the same.
+
+        name: of the field.
+        """
+        kept = self._multigrid.get(name)
+        if kept is not None and kept.begin(system.active, system.constrained):
+            return kept
+        kept = None  # frees its memory before the new levels are made
+        self._multigrid.pop(name, None)
+        return self._multigrid.setdefault(name, Multigrid(system.active, system.constrained))
+
+    def cycle(self, system: LinearSystem, name: str) -> Cycle:
+        """As `CycleMaker.cycle`."""
+        return CycleOfOne(self.levels(system, name), system)
+
+    def counted(self, name: str, iterations: int | None) -> None:
+        """Counts a solution: iterations of multigrid, or None of the direct solver `name`."""
+        if iterations is None:
+            self.direct_systems[name] += 1
+        else:
+            self.iterations.append(iterations)
 
     @property
     def summary(self) -> str:

@@ -15,10 +15,12 @@ from tilth.comm import norm
 from tilth.errors import BadInput
 from tilth.mpi import INSTALL
 from tilth.solvers.bordered_system import solve_condensed
+from tilth.solvers.cycle import Cycle
 from tilth.solvers.linear import MULTIGRID_FROM_UNKNOWNS, effective_size
 from tilth.solvers.petsc_bordered import solve_bordered_directly
 from tilth.solvers.petsc_matrices import OPTIONS, AssembledMatrix, MatrixOfMultigrid, PetscMatrix
 from tilth.solvers.protocol import SolveFailed
+from tilth.solvers.schwarz import SchwarzMultigrid
 from tilth.solvers.system import LinearSystem
 
 DIRECT = "mumps"
@@ -48,6 +50,7 @@ class PetscSolver:
         self.solved: Counter[str] = Counter()
         self.iterations: list[int] = []
         self._kept: dict[type[PetscMatrix], PetscMatrix] = {}
+        self._cycles: dict[str, SchwarzMultigrid] = {}
 
     def begin(self, system: LinearSystem) -> PetscStepSolver:
         """Returns the solver of the systems of one step, whose matrices `system` has in turn.
@@ -57,9 +60,31 @@ class PetscSolver:
         """
         name = self.name
         if name == "auto":
-            large = effective_size(system) >= MULTIGRID_FROM_UNKNOWNS[system.active.grid.dim]
+            large = self.takes_multigrid(system, system.components)
             name = ITERATIVE if large else DIRECT
         return PetscStepSolver(self, system, name)
+
+    def takes_multigrid(self, system: LinearSystem, components: int) -> bool:
+        """Returns whether an iterative solver is tried first; components: see `effective_size`."""
+        least = MULTIGRID_FROM_UNKNOWNS[system.active.grid.dim]
+        if self.name == "auto":
+            return effective_size(system, components) >= least
+        return self.name != DIRECT
+
+    def cycle(self, system: LinearSystem, name: str) -> Cycle:
+        """As `CycleMaker.cycle`."""
+        kept = self._cycles.get(name)
+        if kept is not None and kept.begin(system):
+            return kept
+        kept = None  # frees its memory before the new levels are made
+        self._cycles.pop(name, None)
+        return self._cycles.setdefault(name, SchwarzMultigrid(system))
+
+    def counted(self, name: str, iterations: int | None) -> None:
+        """Counts a solution by a solver; iterations: None of a direct one."""
+        self.solved[name] += 1
+        if iterations is not None:
+            self.iterations.append(iterations)
 
     def matrix(self, system: LinearSystem, name: str) -> PetscMatrix:
         """Returns the matrix for a solver; what the last step's has in common with it is kept.
@@ -174,7 +199,7 @@ class PetscStepSolver:
             except SolveFailed as error:
                 self._leave_multigrid(error)
         x, g = solve_bordered_directly(system, border, right_side, scaled)
-        self._owner.solved[DIRECT] += 1
+        self._owner.counted(DIRECT, None)
         return x, g / scale
 
     def _leave_multigrid(self, failure: SolveFailed) -> None:
@@ -197,9 +222,7 @@ class PetscStepSolver:
             self._matrix.fill(self._name, self._similar)
             self._filled = True
         solution, iterations = self._matrix.solve(owned, size, tolerance)
-        self._owner.solved[self._name] += 1
-        if self.by_multigrid:
-            self._owner.iterations.append(iterations)
+        self._owner.counted(self._name, iterations if self.by_multigrid else None)
         found[system.active.owned] = solution
         found[system.constrained] = 0.0  # the solver may leave round-off
         return system.active.updated(found)

@@ -13,7 +13,7 @@ import numpy as np
 
 from tilth.algebra.border import Border
 from tilth.arrays import Floats
-from tilth.comm import norm
+from tilth.comm import Communicator, norm
 from tilth.solvers.bordered_system import LARGEST_CONDITION, require_regular
 from tilth.solvers.protocol import LARGEST_RESIDUAL, SolveFailed
 from tilth.solvers.system import LinearSystem
@@ -48,35 +48,43 @@ def solve_bordered_directly(
     Raises:
         SolveFailed: if the matrix is singular or nearly so.
     """
-    whole = _Whole(system, border)
+    comm, own, shape = system.comm, system.active.owned, system.constrained.shape
+    is_last, nodes = comm.rank == comm.size - 1, system.active.owned_nodes * shape[1]
+    whole = Factors(comm, _rows(system, border))
     try:
-        inverse = np.stack([whole.solve(None, unit)[1] for unit in np.eye(border.unknowns)], axis=1)
-        comm = system.comm
+        inverse = np.empty((border.unknowns, border.unknowns))
+        for k, unit in enumerate(np.eye(border.unknowns)):
+            found = whole.solve(np.concatenate([np.zeros(nodes), unit[: None if is_last else 0]]))
+            inverse[:, k] = comm.gathered(found[nodes:].copy())[-1]
         largest = max(float(np.abs(part).max()) for part in (border.columns, border.rows))
         terms = comm.max(max(largest, float(np.abs(border.corner).max())))
         require_regular(inverse, terms, LARGEST_CONDITION)
-        return whole.solve(right_side, global_right_side)
+        nodal = np.where(system.constrained, 0.0, right_side)[own].ravel()
+        found = whole.solve(np.concatenate([nodal, global_right_side[: None if is_last else 0]]))
+        x = np.zeros(shape)
+        x[own] = found[:nodes].reshape(-1, shape[1])
+        return system.active.updated(x), comm.gathered(found[nodes:].copy())[-1]
     finally:
         whole.destroy()
 
 
-class _Whole:
-    """The whole matrix in PETSc, its rows over the processes, and its factors.
+class Factors:
+    """A matrix in PETSc, its rows over the processes, and its factors by MUMPS.
 
     Args:
-        system, border: see `solve_bordered_directly`.
+        comm: the processes; all call each method together.
+        rows: those of this process in SciPy's format, columns ascending.
     """
 
-    def __init__(self, system: LinearSystem, border: Border) -> None:
+    def __init__(self, comm: Communicator, rows: Any) -> None:
         from petsc4py import PETSc
 
-        self._system, self._unknowns = system, border.unknowns
-        self._is_last = system.comm.rank == system.comm.size - 1
-        rows = _rows(system, border)
+        self._comm = comm
         size = (rows.shape[0], None)
         kind = PETSc.IntType
-        csr = (rows.indptr.astype(kind), rows.indices.astype(kind), rows.data)
-        mpi = getattr(system.comm, "mpi", PETSc.COMM_SELF)
+        self._pattern = rows.indptr.astype(kind), rows.indices.astype(kind)
+        mpi = getattr(comm, "mpi", PETSc.COMM_SELF)
+        csr = (*self._pattern, rows.data)
         self._matrix = PETSc.Mat().createAIJ((size, size), csr=csr, comm=mpi)
         self._matrix.assemble()
         self._solver = PETSc.KSP().create(comm=mpi)
@@ -97,33 +105,27 @@ class _Whole:
         self._solver.destroy()
         self._matrix.destroy()
 
-    def solve(self, nodal: Floats | None, of_border: Floats) -> tuple[Floats, Floats]:
-        """Returns nodal and global unknowns for a right side; the nodal part is zero if None.
+    def replace(self, entries: Floats) -> None:
+        """Takes the entries of another matrix of the same pattern."""
+        self._matrix.setValuesCSR(*self._pattern, entries)
+        self._matrix.assemble()
+
+    def solve(self, right_side: Floats) -> Floats:
+        """Returns the solution, both of the rows of this process, with refinement where it helps.
 
         Raises:
             SolveFailed: the residual does not fall below `LARGEST_RESIDUAL`.
         """
-        system = self._system
-        own, shape = system.active.owned, system.constrained.shape
         b, x = self._matrix.createVecs()
-        b.array[:] = 0.0
-        nodes = system.active.owned_nodes * system.components
-        if nodal is not None:
-            b.array[:nodes] = np.where(system.constrained, 0.0, nodal)[own].ravel()
-        if self._is_last:
-            b.array[nodes:] = of_border
+        b.array[:], x.array[:] = right_side, 0.0  # PETSc's may be one that it remembers
         self._refine(b, x)
-        found = np.zeros(shape)
-        found[own] = x.array[:nodes].reshape(-1, system.components)
-        unknowns: Floats = system.comm.gathered(x.array[nodes:].copy())[-1]
+        found: Floats = x.array.copy()
         for each in (b, x):
             each.destroy()
-        return system.active.updated(found), unknowns
+        return found
 
     def _refine(self, b: Any, x: Any) -> None:
-        """Solves for b, with iterative refinement where it helps."""
-        comm = self._system.comm
-        size, x.array[:] = norm(comm, b.array), 0.0  # PETSc's may be one that it remembers
+        size = norm(self._comm, b.array)
         if size == 0.0:
             return
         residual, correction = b.copy(), x.duplicate()
@@ -132,7 +134,7 @@ class _Whole:
             x.axpy(1.0, correction)
             self._matrix.mult(x, residual)
             residual.aypx(-1.0, b)
-            relative = norm(comm, residual.array) / size
+            relative = norm(self._comm, residual.array) / size
             if not REFINED <= relative < np.inf:
                 break
         residual.destroy()
