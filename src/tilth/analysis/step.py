@@ -308,7 +308,6 @@ class Linearisation:
         solver.renew(similar=reuse is Reuse.LEVELS)
         balance.linearise(now.x, system.matrix)
         balance.linearised()
-        system.displacement.border = system.matrix.border
         system.displacement.exact_nodes = balance.exact_nodes()
         system.schur = balance.schur(now.x, system.matrix)
         return system, solver

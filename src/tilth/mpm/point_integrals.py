@@ -77,7 +77,7 @@ class PointIntegrals:
 
         Args:
             positions: per range, those of the blocks of its groups in the pattern, such as
-                `Pattern.block_positions`.
+                `Pattern.block_positions`; those of no group where a range has not both fields.
             matrices: derivative of each point's values and fluxes, k, of the first field, which is
                 that of the rows, by value and gradient, l, of the second one at the point, shape
                 (n, r, 1 + dim, c, 1 + dim); r and c are 1 or dim.
@@ -87,4 +87,6 @@ class PointIntegrals:
             ValueError: shapes or positions do not fit together.
         """
         for (points, stencil), (start, position) in zip(self._ranges(), positions, strict=True):
+            if len(start) == 1:  # a range without one of the fields has no groups
+                continue
             _core.add_point_blocks(stencil, start, position, matrices[points], blocks)
