@@ -143,7 +143,7 @@ class Space:
         groups = []
         for stencil in active.stencils:
             node = stencil.node
-            there = bool(self._at_points) and all(each[node].all() for each in flags)
+            there = bool(self._at_points) and all(each[node].any() for each in flags)
             groups.append((stencil.node_start, node) if there else none)
         single = np.arange(active.nodes + 1), np.arange(active.nodes, dtype=np.int32)
         couplings = [single]
@@ -192,7 +192,7 @@ class Space:
     def positions(self, pair: Pair) -> list[tuple[Integers, Shorts]]:
         """Returns, per range of points, positions of the blocks of its groups: start, position.
 
-        No groups of a range whose nodes do not have the fields.
+        No groups of a range none of whose nodes has the fields.
         """
         pattern = self.active if pair == OF_DISPLACEMENT else self._of_grid
         return pattern.block_positions

@@ -1,0 +1,287 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A second field that is coupled to the displacement: tangents, a known answer, units, stages."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from scalar_field import NAME, Scalar, with_scalar
+from small_problems import (
+    BASES,
+    CORNER_BASES,
+    ELASTIC,
+    block_entries,
+    dimension,
+    rollers,
+    spaced,
+)
+
+from tilth import Model
+from tilth.algebra.unknowns import Unknowns
+from tilth.analysis.residual import Equations, Newton
+from tilth.analysis.setup import InStep
+from tilth.analysis.simulation import Simulation
+from tilth.analysis.stage_change import next_stage, points_of_stages
+from tilth.analysis.step_terms import balance_of, terms_of
+from tilth.arrays import Flags, Floats
+from tilth.errors import StepFailed
+from tilth.terms.balance import Balance
+
+SOLVERS = ("superlu", "multigrid")
+E, NU = ELASTIC["young_modulus"], ELASTIC["poisson_ratio"]
+CONSTRAINED = E * (1.0 - NU) / ((1.0 + NU) * (1.0 - 2.0 * NU))
+HEIGHT = 12
+PRESSURE = 1e-4 * CONSTRAINED
+
+
+def at_top(height: float) -> Callable[[Floats], Flags]:
+    return lambda x: np.asarray(np.abs(x[:, -1] - height) < 1e-9)
+
+
+def balance_in(simulation: Simulation, before: float, after: float) -> Balance:
+    """The balance of a step, with all fields."""
+    step = simulation.prepare(before, after)
+    soil = simulation.soil_on(step.active)
+    of = InStep(simulation.setup, simulation.state, step, soil)
+    return balance_of(of, terms_of(of, simulation.services.timers))
+
+
+def random_unknowns(balance: Balance, sizes: dict[str, float], seed: int) -> Unknowns:
+    random = np.random.default_rng(seed)
+    of = {name: sizes[name] * random.normal(size=f.shape) for name, f in balance.fields.items()}
+    return Unknowns(of, np.zeros_like(balance.global_scale))
+
+
+@pytest.mark.parametrize("kind", ["plane_strain", "3d"])
+@pytest.mark.parametrize("basis", [*BASES, *CORNER_BASES])
+@pytest.mark.parametrize("spacing", ["uniform", "graded"])
+def test_the_matrix_is_the_derivative_of_all_residuals(kind: str, basis: str, spacing: str) -> None:
+    entries = spaced(block_entries(kind, basis, "von_mises"), spacing)
+    scalar = Scalar(conductivity=0.3, storage=0.02, coupling=0.8, nonlinear=0.02, source=0.1)
+    simulation = with_scalar(Model.from_dict(entries), scalar)
+    balance = balance_in(simulation, 0.0, 1.0)
+    assert list(balance.fields) == ["u", NAME]
+    sizes = {"u": 1e-2, NAME: 5.0}
+    x, way = random_unknowns(balance, sizes, 1), random_unknowns(balance, sizes, 2)
+    matrix = balance.space.matrix()
+    balance.evaluate(x)
+    balance.linearise(x, matrix)
+    found, step = matrix.times(way), 1e-5
+    ahead, behind = (balance.evaluate(x.plus(way, share)) for share in (step, -step))
+    for name, values in found.of.items():
+        difference = (ahead.of[name] - behind.of[name]) / (2.0 * step)
+        scale = np.abs(difference).max()
+        np.testing.assert_allclose(values, difference, rtol=0, atol=1e-6 * scale)
+
+
+def column(
+    kind: str = "plane_strain", solver: str = "superlu", steps: int = 60, **changed: Any
+) -> dict[str, Any]:
+    """A column that cannot widen, loaded on its top at once; its time factor ends at 0.5."""
+    dim = dimension(kind)
+    upper = [1.0] * (dim - 1) + [float(HEIGHT)]
+    entries = block_entries(kind, "linear", "hencky_elastic")
+    entries["bodies"][0]["shape"]["upper"] = upper
+    entries["bodies"][0]["surface"] = {}
+    entries["boundaries"] = rollers(kind, 1.0)
+    entries["analysis"] |= {"solver": solver, "tolerance": 1e-8}
+    top = {"start": [1.0, HEIGHT], "end": [0.0, HEIGHT]} if dim == 2 else {
+        "rectangle": [[0.0, 0.0, HEIGHT], [1.0, 0.0, HEIGHT], [1.0, 1.0, HEIGHT]]
+    }  # fmt: skip
+    entries["loads"] = [
+        {"type": "surface", "body": "block", "pressure": PRESSURE, "factor": [[0, 1], [1e9, 1]]}
+        | top
+    ]
+    end = 0.5 * HEIGHT**2 / CONSTRAINED
+    entries["schedule"] = {"steps": steps, "end": end}
+    return entries | changed
+
+
+def settled(entries: dict[str, Any], scalar: Scalar) -> tuple[float, Simulation]:
+    """The settlement of the top over the final one, after all steps."""
+    simulation = with_scalar(Model.from_dict(entries), scalar)
+    steps, end = entries["schedule"]["steps"], entries["schedule"]["end"]
+    times = np.linspace(0.0, end, steps + 1)
+    for before, after in zip(times, times[1:], strict=False):
+        simulation.advance(before, after)
+    points = simulation.state.points
+    top = points.position[:, -1] > HEIGHT - 0.5
+    place = points.position[top, -1] - points.displacement[top, -1]
+    settlement = -float(np.mean(points.displacement[top, -1] * HEIGHT / place))
+    return settlement / (PRESSURE * HEIGHT / CONSTRAINED), simulation
+
+
+def degree(factor: float) -> float:
+    """Terzaghi's degree of consolidation at a time factor."""
+    m = 0.5 * np.pi * (2.0 * np.arange(200) + 1.0)
+    return float(1.0 - (2.0 / m**2 * np.exp(-(m**2) * factor)).sum())
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_a_column_consolidates_as_by_terzaghi(solver: str) -> None:
+    scalar = Scalar(conductivity=1.0, drained=at_top(HEIGHT), bulk=CONSTRAINED)
+    found, simulation = settled(column(solver=solver), scalar)
+    assert found == pytest.approx(degree(0.5), rel=0.01)
+    if solver == "multigrid":
+        assert "multigrid" in simulation.services.solver.summary
+        assert simulation.services.solver.iterations
+
+
+def block(kind: str = "plane_strain", solver: str = "superlu", **changed: Any) -> dict[str, Any]:
+    """A block of 4 cells along each axis under gravity that grows over four steps."""
+    entries = block_entries(kind, "gimp", "hencky_elastic", cells=4)
+    entries["boundaries"] = rollers(kind, 4.0)
+    entries["analysis"] |= {"solver": solver, "tolerance": 1e-10}
+    gravity = [0.0] * (dimension(kind) - 1) + [-2.0]
+    entries["loads"] = [{"type": "body_force", "acceleration": gravity}]
+    entries["schedule"] = {"steps": 4}
+    return entries | changed
+
+
+def block_scalar(**changed: Any) -> Scalar:
+    usual = {"conductivity": 2e-2, "storage": 1e-4, "drained": at_top(4.0), "bulk": CONSTRAINED}
+    return Scalar(**usual | changed)
+
+
+def advanced(simulation: Simulation, first: int, last: int) -> Simulation:
+    """After some of the four steps."""
+    for step in range(first, last):
+        simulation.advance(step / 4, (step + 1) / 4)
+    return simulation
+
+
+def result(simulation: Simulation, scalar: Scalar) -> tuple[Floats, Floats]:
+    """Displacements of the points and values of the scalar."""
+    points = simulation.state.points
+    return points.displacement[np.argsort(points.point_id)], scalar.value / scalar.unit
+
+
+@pytest.mark.parametrize("kind", ["plane_strain", "3d"])
+@pytest.mark.parametrize("nonlinear", [0.0, 0.02])
+def test_all_solvers_find_the_same(kind: str, nonlinear: float) -> None:
+    found = []
+    for solver in SOLVERS:
+        scalar = block_scalar(nonlinear=nonlinear, source=1e-3)
+        simulation = advanced(with_scalar(Model.from_dict(block(kind, solver)), scalar), 0, 4)
+        found.append(result(simulation, scalar))
+        summary = simulation.services.solver.summary
+        assert ("multigrid" in summary) == (solver == "multigrid"), summary
+    assert np.abs(found[0][1]).max() > 1.0
+    for one, other in zip(*found, strict=True):
+        np.testing.assert_allclose(other, one, rtol=0, atol=1e-6 * np.abs(one).max())
+
+
+def test_the_unit_of_the_scalar_does_not_matter() -> None:
+    """Nor does it change what Newton's iteration counts as converged."""
+    found, residuals = [], []
+    for unit in (1.0, 1e-6, 1e6):
+        scalar = block_scalar(nonlinear=0.02, unit=unit)
+        simulation = advanced(with_scalar(Model.from_dict(block()), scalar), 0, 3)
+        residuals.append(simulation.advance(0.75, 1.0).equilibrium.residuals)
+        found.append(result(simulation, scalar))
+    for other, of_other in zip(found[1:], residuals[1:], strict=True):
+        assert len(of_other) == len(residuals[0])
+        for a, b in zip(found[0], other, strict=True):
+            np.testing.assert_allclose(b, a, rtol=0, atol=1e-9 * np.abs(a).max())
+
+
+def test_a_scalar_without_coupling_leaves_the_soil_as_it_is() -> None:
+    alone = advanced(Simulation(Model.from_dict(block())), 0, 4).state.points
+    scalar = block_scalar(coupling=0.0, source=1.0)
+    points = advanced(with_scalar(Model.from_dict(block()), scalar), 0, 4).state.points
+    scale = np.abs(alone.displacement).max()
+    np.testing.assert_allclose(points.displacement, alone.displacement, rtol=0, atol=1e-12 * scale)
+    assert np.abs(scalar.value).max() > 0.0
+
+
+def test_a_scalar_that_is_in_part_of_the_soil() -> None:
+    """Where it is not it keeps its start, and the soil there is as without it."""
+    scalar = block_scalar(wet=lambda x: x[:, 1] < 2.5, drained=at_top(1e9))
+    simulation = advanced(with_scalar(Model.from_dict(block()), scalar), 0, 4)
+    height = simulation.locate(1.0).position[:, 1]
+    assert (scalar.value[height > 2.5] == 0.0).all()
+    assert (np.abs(scalar.value[height < 2.0]) > 1.0).any()
+
+
+def test_a_resumed_analysis_goes_on_with_the_same_bits() -> None:
+    """The scalar is an owner: its values are in the checkpoint."""
+    whole = block_scalar(nonlinear=0.02)
+    model = Model.from_dict(block())
+    simulation = advanced(with_scalar(model, whole), 0, 2)
+    arrays = {name: each.copy() for name, each in simulation.state.arrays().items()}
+    assert {f"field {NAME}.key", f"field {NAME}.value"} <= set(arrays)
+    advanced(simulation, 2, 4)
+    again = block_scalar(nonlinear=0.02)
+    terms, fields = simulation.setup.terms[:-1], [again]
+    resumed = Simulation.restored(model, arrays, terms=[*terms, again.terms()], fields=fields)
+    resumed.locate(0.5)
+    advanced(resumed, 2, 4)
+    for one, other in zip(result(simulation, whole), result(resumed, again), strict=True):
+        assert np.array_equal(one, other)
+
+
+def test_the_next_stage_begins_with_the_scalar_of_the_last_one() -> None:
+    entries = block()
+    schedule = entries.pop("schedule")
+    entries["stages"] = [{"name": name, "schedule": schedule} for name in ("one", "two")]
+    models = Model.from_dict(entries).of_stages
+    initial = points_of_stages(models)
+    scalar = block_scalar()
+    last = advanced(with_scalar(models[0], scalar, initial=initial[0]), 0, 4)
+    before = scalar.value.copy()
+    after = next_stage(last, models[1], initial[1])
+    (field,) = [f for f in balance_in(after, 0.0, 0.25).fields.values() if f.name == NAME]
+    np.testing.assert_array_equal(field.first(), before)
+    after.advance(0.0, 0.25)
+    assert np.abs(scalar.value).max() < np.abs(before).max()  # it drains on
+
+
+def test_only_the_displacement_is_looked_for_where_the_scalar_is_held() -> None:
+    """As in the search for a starting state, and where strength is reduced."""
+    scalar = block_scalar()
+    light = [{"type": "body_force", "acceleration": [0.0, -2e-4]}]
+    simulation = advanced(with_scalar(Model.from_dict(block(loads=light)), scalar), 0, 2)
+    step = simulation.prepare(0.5, 0.5)
+    balance = simulation.balance(step, simulation.soil_on(step.active))
+    assert balance.fields[NAME].constrained.all()
+    assert not balance.fields[NAME].increment.any()
+    now = Equations(balance).at(balance.first())
+    assert now.sizes["momentum"].relative < 1e-6  # as it was, but for the soil's motion
+    assert now.sizes["volume"].free == 0.0
+
+
+def test_each_equation_must_be_balanced() -> None:
+    """A residual of one equation is not small because that of the other is."""
+    simulation = with_scalar(Model.from_dict(block()), block_scalar())
+    balance = balance_in(simulation, 0.0, 0.25)
+    equations = Equations(balance)
+    now = equations.at(balance.first())
+    newton = Newton(1e-6, 10, False, {})
+    momentum, volume = (now.sizes[name] for name in ("momentum", "volume"))
+    small = {"free": 1e-9, "of_forces": 1.0}
+    for sizes, balanced in (
+        ({"momentum": small, "volume": small}, True),
+        ({"momentum": {"free": 1e-3, "of_forces": 1.0}, "volume": small}, False),
+        ({"momentum": small, "volume": {"free": 1e-3, "of_forces": 1.0}}, False),
+    ):
+        given = {
+            "momentum": replace(momentum, **sizes["momentum"]),
+            "volume": replace(volume, **sizes["volume"]),
+        }
+        assert equations.balanced(replace(now, sizes=given), newton, 1) is balanced
+    loose = replace(newton, round_off={"volume": 1e-2})
+    given = {"momentum": replace(momentum, **small), "volume": replace(volume, free=1e-3)}
+    assert equations.balanced(replace(now, sizes=given), loose, 1)
+
+
+def test_a_step_whose_scalar_has_no_solution_fails() -> None:
+    """A field that nothing holds and nothing stores, with a source."""
+    scalar = block_scalar(storage=0.0, coupling=0.0, source=1.0, drained=at_top(1e9))
+    simulation = with_scalar(Model.from_dict(block()), scalar)
+    with pytest.raises(StepFailed):
+        simulation.advance(0.0, 0.25)
+    assert len(scalar.value) == 0
