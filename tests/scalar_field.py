@@ -29,6 +29,7 @@ from tilth.mpm.pattern import Elements
 from tilth.mpm.point_integrals import PointIntegrals
 from tilth.terms.protocol import AssembledTerm, Role, Term
 from tilth.terms.space import Space
+from tilth.terms.weak_springs import covered_nodes
 
 NAME = "p"
 
@@ -65,14 +66,16 @@ class Scalar:
     value: Floats = field(default_factory=lambda: np.zeros((0, 1)))
 
     def in_step(self, of: InStep) -> Field:
-        """As `FieldOwner.in_step`; 0 at nodes that are new."""
+        """As `FieldOwner.in_step`; 0 at nodes that are new, and that hardly any soil reaches."""
         active = of.step.active
         start, found = np.zeros((active.nodes, 1)), find_keys(self.key, active.key)
         start[found >= 0] = self.value[found[found >= 0]]
         start = active.updated(start)
         held = self.drained(active.position)[:, None]
         given = GivenValues(held, np.where(held, self.given - start, 0.0))
-        wet = None if self.wet is None else self.wet(active.position)
+        wet = active.updated(covered_nodes(of.soil))
+        if self.wet is not None:
+            wet = wet & self.wet(active.position)
         scale = np.array([1.0 / self.unit])
         return Field(self.name, active, 1, "volume", scale, wet, start, given)
 
