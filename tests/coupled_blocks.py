@@ -145,8 +145,11 @@ class Pile:
 
     @cached_property
     def position(self) -> Floats:
-        height = np.linspace(0.55, 1.0, 6)
-        across = np.full((6, self.block.dim - 1), 0.37 * self.block.cells[0] / self.block.cells[-1])
+        count = max(self.block.cells[-1] // 2, 3)
+        height = np.linspace(0.45, 1.0, count)
+        across = np.full(
+            (count, self.block.dim - 1), 0.37 * self.block.cells[0] / self.block.cells[-1]
+        )
         return np.column_stack([across, height])
 
     def cells(self, size: Floats) -> tuple[Integers, Floats]:
@@ -185,8 +188,9 @@ def system_of(block: Block, comm: Communicator = SERIAL) -> CoupledSystem:
         corner = share.shape[1]
         soil = node[members].ravel().astype(np.int32)
         couplings.append(Coupled(np.arange(len(members) + 1) * corner, soil, other=joined))
-        links = np.column_stack([np.arange(5), np.arange(1, 6)]).ravel().astype(np.int32)
-        couplings.append(Coupled(np.arange(6) * 2, links, "pile"))
+        last = len(pile.position) - 1
+        links = np.column_stack([np.arange(last), np.arange(last) + 1]).ravel()
+        couplings.append(Coupled(np.arange(last + 1) * 2, links.astype(np.int32), "pile"))
     space = Space(active, fields, couplings, [("u", PRESSURE)] if block.has_water else [])
     matrix = space.matrix()
     matrix.clear()
@@ -283,8 +287,9 @@ def _fill_pile(
     put(("u", "pile"), soil, own, -weight[..., None, None] * skin)
     put(("pile", "u"), own, soil, -weight[..., None, None] * skin)
     put(("pile", "pile"), members, members, np.broadcast_to(skin, (len(members), dim, dim)))
-    axial = 1e3 * YOUNG * np.eye(dim)
-    low, high = np.arange(5), np.arange(1, 6)
+    axial = 10.0 * YOUNG * np.eye(dim)
+    low = np.arange(len(share) - 1)
+    high = low + 1
     for row, column, sign in ((low, low, 1), (high, high, 1), (low, high, -1), (high, low, -1)):
         put(("pile", "pile"), row, column, sign * axial)
 

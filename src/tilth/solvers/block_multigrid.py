@@ -5,11 +5,13 @@ from __future__ import annotations
 
 import numpy as np
 
+from tilth import _core
 from tilth.algebra.field import DISPLACEMENT
 from tilth.algebra.unknowns import Unknowns
 from tilth.arrays import Floats
-from tilth.comm import inner
+from tilth.comm import total
 from tilth.mpm.active_grid import ActiveGrid
+from tilth.solvers.bordered_system import LARGEST_CONDITION, require_regular
 from tilth.solvers.coupled_system import CoupledSystem
 from tilth.solvers.cycle import Cycle, CycleMaker
 from tilth.solvers.free_unknowns import FreeUnknowns
@@ -76,20 +78,23 @@ class BlockMultigrid:
         for column in border.columns:
             found = self._of_fields(self._own(Unknowns({**zeros, DISPLACEMENT: column})))
             self._solved.append(found)
-        product = np.stack([self._border_rows(each) for each in self._solved], axis=1)
+        product = np.stack([self._border_rows(border.rows, each) for each in self._solved], axis=1)
         try:
-            self._inverse = np.linalg.inv(border.corner - product)
+            self._inverse = np.asarray(np.linalg.inv(border.corner - product), dtype=np.float64)
         except np.linalg.LinAlgError as error:
             raise SolveFailed("the equations of the global unknowns are singular") from error
+        sizes, rows = [np.abs(each) for each in self._solved], np.abs(border.rows)
+        cancels = np.stack([self._border_rows(rows, each) for each in sizes], axis=1)
+        by = border.scale[:, None] * border.scale
+        terms = float(((np.abs(border.corner) + cancels) / by).max())
+        require_regular(self._inverse * by, terms, LARGEST_CONDITION)
 
-    def _border_rows(self, own: Floats) -> Floats:
-        """Returns the products of the border's rows with the unknowns of the fields, (m,)."""
-        border = self._system.matrix.border
-        assert border is not None
-        u = self._unknowns.values(own, 0).u
+    def _border_rows(self, rows: Floats, own: Floats) -> Floats:
+        """Returns the products of rows (m, nodes, components) with unknowns of fields, (m,)."""
+        u = self._unknowns.at_owned(own)[DISPLACEMENT]
         nodes = self._system.displacement.active
         mine = nodes.owned
-        return np.array([inner(nodes.comm, row[mine], u[mine]) for row in border.rows])
+        return total(nodes.comm, np.array([_core.inner(row[mine], u[mine]) for row in rows]))
 
     def solve(self, right_side: Unknowns, tolerance: float) -> tuple[Unknowns, int]:
         """Returns the solution and the iterations.
@@ -134,7 +139,7 @@ class BlockMultigrid:
         if border is None:
             return correction
         of_border = self._unknowns.comm.gathered(residual[own:].copy())[-1]
-        step = self._inverse @ (of_border - self._border_rows(correction))
+        step = self._inverse @ (of_border - self._border_rows(border.rows, correction))
         for share, solved in zip(step, self._solved, strict=True):
             correction = correction - share * solved
         return np.concatenate([correction, step[: None if len(residual) > own else 0]])
@@ -161,7 +166,7 @@ class BlockMultigrid:
     def _cycle(self, residual: Floats) -> Floats:
         """Returns the corrections of the cycles of all fields of the grid."""
         matrix, constrained = self._system.matrix, self._system.constrained
-        rest = dict(self._unknowns.values(residual, 0).of)
+        rest = self._unknowns.at_owned(residual)
         found = {name: each.zero() for name, each in matrix.fields.items()}
         done: list[str] = []
         for name, cycle in self._cycles.items():

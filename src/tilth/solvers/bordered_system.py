@@ -14,7 +14,7 @@ from collections.abc import Callable
 import numpy as np
 
 from tilth.algebra.border import Border
-from tilth.arrays import Floats
+from tilth.arrays import Floats, Integers
 from tilth.comm import norm
 from tilth.solvers.protocol import Matrix, SolveFailed, Solver
 from tilth.solvers.system import LinearSystem
@@ -52,25 +52,24 @@ def factorise_bordered(
     Raises:
         SolveFailed: if the matrix is singular or nearly so.
     """
-    columns, rows = (
-        part.reshape(border.unknowns, -1)[:, system.free] for part in (border.columns, border.rows)
-    )
-    return factorise_with_border(solver, system.matrix(), columns, rows, border.corner)
+    return factorise_with_border(solver, system.matrix(), border, system.free)
 
 
 def factorise_with_border(
-    solver: Solver,
-    matrix: Matrix,
-    columns_of_border: Floats,
-    rows_of_border: Floats,
-    corner: Floats,
+    solver: Solver, matrix: Matrix, border: Border, place: Integers
 ) -> Callable[[Floats], Floats]:
-    """As `factorise_bordered`, for any matrix A (n, n), B and C (m, n) each, and D (m, m)."""
-    parts = (columns_of_border, rows_of_border, corner)
-    matrix, rows, columns = equilibrated(_bordered_matrix(matrix, *parts))
+    """As `factorise_bordered`, for a matrix A that may have unknowns of other fields, too.
+
+    place: of each unknown of A in the columns and rows of the border, -1 of those of other fields,
+        shape (n,).
+    """
+    parts = (border.columns, border.rows, border.corner)
+    flat = (part.reshape(border.unknowns, -1)[:, place] for part in parts[:2])
+    of_columns, of_rows = (np.where(place >= 0, part, 0.0) for part in flat)
+    whole = _bordered_matrix(matrix, of_columns, of_rows, border.corner)
+    matrix, rows, columns = equilibrated(whole)
     solver.setup(matrix)
-    unknowns = len(corner)
-    free = len(rows) - unknowns
+    free, unknowns = len(place), border.unknowns
     inverse = np.empty((unknowns, unknowns))  # of the Schur complement
     for k in range(unknowns):
         unit = np.zeros(free + unknowns)

@@ -91,17 +91,12 @@ class WholeMatrix:
             solver.setup(whole)
             solve = partial(_solution, solver)
         else:
-            place = np.argsort(order)
+            place = np.full(count, -1)
+            number = self._unknowns.number[DISPLACEMENT].ravel()
+            place[number[number >= 0]] = np.flatnonzero(number >= 0)
+            solve = factorise_with_border(solver, whole, border.scaled(), place[order])
             scale = np.concatenate([scale, 1.0 / border.scale])
             order = np.concatenate([order, np.arange(count, count + border.unknowns)])
-            number = self._unknowns.number[DISPLACEMENT].ravel()
-            free = np.flatnonzero(number >= 0)
-            columns, rows = np.zeros((2, border.unknowns, count))
-            scaled = border.scaled()
-            for all_unknowns, nodal in ((columns, scaled.columns), (rows, scaled.rows)):
-                nodal = nodal.reshape(border.unknowns, -1)
-                all_unknowns[:, place[number[free]]] = nodal[:, free]
-            solve = factorise_with_border(solver, whole, columns, rows, scaled.corner)
 
         def unscaled(right_side: Floats) -> Floats:
             found = np.empty_like(right_side)

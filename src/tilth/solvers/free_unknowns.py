@@ -60,18 +60,22 @@ class FreeUnknowns:
         parts = [values.of[name].ravel()[own] for name, own in self._own.items()]
         return np.concatenate([*parts, values.globals[: None if self.has_globals else 0]])
 
+    def at_owned(self, vector: Floats) -> dict[str, Floats]:
+        """Returns the values of a vector at the nodes of this process, 0 elsewhere."""
+        of, at = {}, 0
+        for name, own in self._own.items():
+            of[name] = self._fields[name].zero()
+            of[name].ravel()[own] = vector[at : at + len(own)]
+            at += len(own)
+        return of
+
     def values(self, vector: Floats, unknowns: int) -> Unknowns:
         """Returns the values of a vector at all nodes, 0 where constrained.
 
         All processes call it. unknowns: number of global ones.
         """
-        of, at = {}, 0
-        for name, own in self._own.items():
-            field = self._fields[name]
-            nodal = field.zero()
-            nodal.ravel()[own] = vector[at : at + len(own)]
-            of[name] = field.nodes.updated(nodal)
-            at += len(own)
+        own = self.at_owned(vector)
+        of = {name: self._fields[name].nodes.updated(each) for name, each in own.items()}
         if unknowns == 0:
             return Unknowns(of)
         return Unknowns(of, self.comm.gathered(vector[self.count :].copy())[-1])

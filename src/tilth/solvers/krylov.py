@@ -8,13 +8,13 @@ are those of `tilth.comm`, which are identical for any number of threads.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from tilth import _core
 from tilth.arrays import Floats
-from tilth.comm import SERIAL, Communicator, advance, inner, norm, two_inner
+from tilth.comm import SERIAL, Communicator, advance, inner, norm, total, two_inner
 from tilth.solvers.protocol import Solution, SolveFailed
 
 Operator = Callable[[Floats, Floats], None]
@@ -108,9 +108,7 @@ def flexible_gmres(
             w = np.empty_like(r)
             precondition(basis[k], directions[k])
             product(directions[k], w)
-            for i, v in enumerate(basis):
-                triangle[i, k] = inner(comm, v, w)
-                _core.combine(-triangle[i, k], v, 1.0, w)
+            _orthogonalise(comm, basis, w, triangle[:, k])
             length = norm(comm, w)
             column = triangle[:, k]
             for i, (c, s) in enumerate(rotations):
@@ -143,6 +141,26 @@ def flexible_gmres(
         if not math.isfinite(residual):
             break
     raise _not_converged(iterations, residual)
+
+
+def _orthogonalise(
+    comm: Communicator, basis: Sequence[Floats], w: Floats, products: Floats
+) -> None:
+    """Subtracts from w, in place, its parts along the basis, and adds these to `products`.
+
+    One process takes one direction after the other. Several take all at once, which is one message,
+    and repeat it for the round-off (Giraud, Langou and Rozloznik 2005).
+    """
+    if comm.size == 1:
+        for i, v in enumerate(basis):
+            products[i] = _core.inner(v, w)
+            _core.combine(-products[i], v, 1.0, w)
+        return
+    for _ in range(2):
+        parts = total(comm, np.array([_core.inner(v, w) for v in basis]))
+        for part, v in zip(parts, basis, strict=True):
+            _core.combine(-part, v, 1.0, w)
+        products[: len(basis)] += parts
 
 
 def _not_converged(iterations: int, residual: float) -> SolveFailed:
