@@ -9,7 +9,7 @@ import numpy as np
 
 from tilth.algebra.block_matrix import BlockMatrix
 from tilth.algebra.unknowns import Unknowns
-from tilth.arrays import Floats, Integers
+from tilth.arrays import Flags, Floats, Integers
 from tilth.solvers.coupled_system import CoupledSystem
 
 
@@ -102,13 +102,21 @@ class Entries:
     source: Integers
 
     @classmethod
-    def of(cls, matrix: BlockMatrix, unknowns: FreeUnknowns) -> Entries:
-        """Returns all of a matrix."""
+    def of(
+        cls, matrix: BlockMatrix, unknowns: FreeUnknowns, chosen: Flags | None = None
+    ) -> Entries:
+        """Returns those of a matrix, of all rows or of those of nodes with chosen unknowns.
+
+        chosen: which of all unknowns, shape (`unknowns.total`,).
+        """
         parts, first = [], 0
         for (row, column), block in matrix.blocks.items():
             start, size = block.pattern.row_start, block.values[:1].size
             own = np.zeros(block.row.nodes.count, dtype=bool)
             own[block.row.nodes.owned] = True
+            if chosen is not None:
+                number = unknowns.number[row]
+                own &= ((number >= 0) & chosen[number]).any(axis=1)
             node = np.repeat(np.arange(len(own)), np.diff(start))
             entry = np.flatnonzero(own[node])
             shape = (len(entry), *block.values.shape[1:])

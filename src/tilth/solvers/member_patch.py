@@ -33,11 +33,11 @@ class MemberPatch:
 
     def __init__(self, system: CoupledSystem, unknowns: FreeUnknowns) -> None:
         self._system, self._unknowns = system, unknowns
-        entries = Entries.of(system.matrix, unknowns)
         number = _of_patch(system, unknowns)
         self._own = number[(number >= unknowns.first) & (number < unknowns.first + unknowns.count)]
         place = np.full(unknowns.total, -1)
         place[number] = np.arange(len(number))
+        entries = Entries.of(system.matrix, unknowns, place >= 0)
         row, column = place[entries.row], place[entries.column]
         inside = (row >= 0) & (column >= 0)
         self._index = row[inside], column[inside]
