@@ -53,8 +53,7 @@ def blocks_of(balance: Balance) -> np.ndarray:
     active = balance.active
     still = np.zeros((active.nodes, active.grid.dim))
     residual_at(balance, still)
-    blocks = blocks_at(balance, still)
-    return blocks
+    return blocks_at(balance, still)
 
 
 def stiffness(simulation: Simulation, active: ActiveGrid, gamma: float) -> np.ndarray:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -106,7 +107,7 @@ def settled(entries: dict[str, Any], scalar: Scalar) -> tuple[float, Simulation]
     simulation = with_scalar(Model.from_dict(entries), scalar)
     steps, end = entries["schedule"]["steps"], entries["schedule"]["end"]
     times = np.linspace(0.0, end, steps + 1)
-    for before, after in zip(times, times[1:], strict=False):
+    for before, after in itertools.pairwise(times):
         simulation.advance(before, after)
     points = simulation.state.points
     top = points.position[:, -1] > HEIGHT - 0.5
