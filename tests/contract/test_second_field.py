@@ -279,6 +279,24 @@ def test_each_equation_must_be_balanced() -> None:
     assert equations.balanced(replace(now, sizes=given), loose, 1)
 
 
+@pytest.mark.parametrize("name", ["u", NAME])
+@pytest.mark.parametrize("constrained", [False, True])
+@pytest.mark.parametrize("wrong", [np.nan, np.inf])
+def test_a_residual_that_is_not_a_number_is_noticed(
+    name: str, constrained: bool, wrong: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In whichever equation, and also where it is only what holds the rest."""
+    simulation = with_scalar(Model.from_dict(block()), block_scalar())
+    balance = balance_in(simulation, 0.0, 0.25)
+    found = balance.evaluate(balance.first())
+    place = tuple(np.argwhere(balance.fields[name].constrained == constrained)[0])
+    found.of[name][place] = wrong
+    monkeypatch.setattr(balance, "evaluate", lambda x: found)
+    now = Equations(balance).at(balance.first())
+    assert np.isnan(now.relative)
+    assert not Equations(balance).balanced(now, Newton(1e-6, 10, False, {}), 1)
+
+
 def test_a_step_whose_scalar_has_no_solution_fails() -> None:
     """A field that nothing holds and nothing stores, with a source."""
     scalar = block_scalar(storage=0.0, coupling=0.0, source=1.0, drained=at_top(1e9))

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from tilth.algebra.field import DISPLACEMENT, Field
+from tilth.algebra.field import DISPLACEMENT
 from tilth.arrays import Floats
 
 
@@ -40,8 +40,3 @@ class Unknowns:
         """Returns the sum with `share` times another one."""
         of = {name: own + share * other.of[name] for name, own in self.of.items()}
         return Unknowns(of, self.globals + share * other.globals)
-
-
-def zero_unknowns(fields: Mapping[str, Field], count: int = 0) -> Unknowns:
-    """Returns zeros for these fields and so many global unknowns."""
-    return Unknowns({name: each.zero() for name, each in fields.items()}, np.zeros(count))

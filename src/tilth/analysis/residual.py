@@ -77,7 +77,9 @@ class Size:
 
     @property
     def relative(self) -> float:
-        """The residual over the forces [-]."""
+        """The residual over the forces [-]; NaN if either is not a finite number."""
+        if not math.isfinite(self.free + self.of_forces):
+            return math.nan
         # without stress the only force is that of an implicit boundary that begins to move
         return self.free / self.of_forces if self.of_forces > 0.0 else float(self.free > 0.0)
 
@@ -102,12 +104,7 @@ class Iterate:
     @property
     def relative(self) -> float:
         """The largest of the equations' residuals over their forces [-]."""
-        return max(each.relative for each in self.sizes.values())
-
-    @property
-    def free(self) -> float:
-        """Norm of the residual of the displacement's equation [force]."""
-        return self.sizes[MOMENTUM].free
+        return float(np.max([each.relative for each in self.sizes.values()]))  # NaN if one is
 
 
 @dataclass(frozen=True, eq=False)
@@ -208,7 +205,7 @@ class Equations:
             free = math.hypot(free, *(residual.globals / balance.global_scale))
         # not all internal force: implicit boundaries balance the soil's in it
         sums = [norm_of(each) for each in residual.sums.values()]
-        return Size(free, max([*sums, norm_of(residual.of, True)]))
+        return Size(free, float(np.max([*sums, norm_of(residual.of, True)])))
 
     def balanced(self, state: Iterate, newton: Newton, iterations: int) -> bool:
         """Returns whether the residuals are small enough, after so many iterations."""
