@@ -15,7 +15,14 @@ from tilth.algebra.border import Border
 from tilth.algebra.unknowns import Unknowns
 from tilth.arrays import Integers
 from tilth.comm import Communicator
-from tilth.solvers import SOLVERS, SolveFailed, linear_solver, member_patch
+from tilth.solvers import (
+    SOLVERS,
+    SolveFailed,
+    block_multigrid,
+    linear_solver,
+    member_patch,
+    multigrid,
+)
 from tilth.solvers.block_multigrid import BlockMultigrid
 from tilth.solvers.coupled import begin_system
 from tilth.solvers.coupled_direct import WholeMatrix
@@ -175,6 +182,42 @@ def test_the_direct_solver_takes_over_for_the_rest_of_the_step() -> None:
     assert begin_system(solver, system).by_multigrid
 
 
+def test_more_nodes_are_solved_exactly_where_the_iteration_is_slow(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """As for the displacement alone; here all nodes of the displacement."""
+    block = Block((16, 16), poisson=0.49, step=1.0, storage=100.0, unknowns=1)
+    system = system_of(block)
+    right = right_side(system, block)
+    usual = linear_solver("multigrid", 2, 0, pytest.fail)
+    begin_system(usual, system).solve(right, 1e-9)
+    system.displacement.exact_nodes = [np.ones(system.displacement.active.nodes, dtype=bool)]
+    monkeypatch.setattr(multigrid, "EXACT_UNKNOWNS", {2: 10})
+    monkeypatch.setattr(block_multigrid, "ITERATIONS_WITH_FEWER", 3)
+    solver = linear_solver("multigrid", 2, 0, pytest.fail)
+    assert_same(
+        begin_system(solver, system).solve(right, 1e-9), dense_solution(system, right), 1e-6
+    )
+    assert solver.iterations[0] < usual.iterations[0]
+
+
+def test_levels_of_another_matrix_are_made_anew_where_they_fail(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    block = BLOCKS["water"]
+    system, drained = system_of(block), system_of(replace(block, poisson=0.45, step=1.0))
+    right = right_side(system, block)
+    solver = linear_solver("multigrid", 2, 0, pytest.fail)
+    of_step = begin_system(solver, system)
+    of_step.solve(right, 1e-9)
+    system.matrix.memory[:] = drained.matrix.memory
+    system.schur = drained.schur
+    monkeypatch.setattr(block_multigrid, "MAXIMUM_ITERATIONS", 10)
+    of_step.renew(similar=True)
+    assert_same(of_step.solve(right, 1e-9), dense_solution(system, right), 1e-6)
+    assert of_step.by_multigrid
+
+
 def test_the_unit_of_the_pressure_does_not_matter() -> None:
     """Equations of water are compared with forces by the matrix, not by their numbers."""
     found: list[tuple[str, Unknowns]] = []
@@ -308,9 +351,9 @@ def test_block_multigrid_of_processes(processes: int, kind: str) -> None:
 
     def work(comm: Communicator) -> tuple[Integers, Unknowns, int]:
         system = system_of(block, comm)
-        multigrid = BlockMultigrid(system, FreeUnknowns(system), Cycles())
-        multigrid.fill()
-        found, steps = multigrid.solve(right_side(system, block), 1e-10)
+        levels = BlockMultigrid(system, FreeUnknowns(system), Cycles())
+        levels.fill()
+        found, steps = levels.solve(right_side(system, block), 1e-10)
         return system.displacement.active.key, found, steps
 
     for key, found, steps in run_together(processes, work):
