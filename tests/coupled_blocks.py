@@ -194,7 +194,7 @@ def system_of(block: Block, comm: Communicator = SERIAL) -> CoupledSystem:
     space = Space(active, fields, couplings, [("u", PRESSURE)] if block.has_water else [])
     matrix = space.matrix()
     matrix.clear()
-    constrained = {each.name: each.constrained({}) for each in fields}
+    constrained = {each.name: each.constrained for each in fields}
     height = active.position[:, -1]
     constrained["u"] |= (height < 1e-9)[:, None]
     if block.has_water:
