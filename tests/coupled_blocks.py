@@ -19,7 +19,7 @@ from tilth import _core
 from tilth.algebra.block_matrix import Block as AlgebraBlock
 from tilth.algebra.block_matrix import BlockPattern
 from tilth.algebra.border import Border
-from tilth.algebra.field import Field
+from tilth.algebra.field import MOMENTUM, Field
 from tilth.algebra.nodes import MeshNodes
 from tilth.algebra.unknowns import Unknowns
 from tilth.arrays import Flags, Floats, Integers
@@ -182,7 +182,9 @@ def system_of(block: Block, comm: Communicator = SERIAL) -> CoupledSystem:
         fields.append(Field(PRESSURE, active, 1, "mass", active=wet))
     if block.has_pile:
         scale = np.ones(block.dim)
-        fields.append(Field("pile", MeshNodes(pile.position, comm), block.dim, scale=scale))
+        fields.append(
+            Field("pile", MeshNodes(pile.position, comm), block.dim, MOMENTUM, scale=scale)
+        )
         members = np.flatnonzero(near)
         joined = Coupled(np.arange(len(members) + 1), members.astype(np.int32), "pile")
         corner = share.shape[1]

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth.algebra.block_matrix import BlockMatrix, Pair
-from tilth.algebra.field import Field, GivenValues
+from tilth.algebra.field import Field, GivenChange
 from tilth.algebra.unknowns import Unknowns
 from tilth.analysis.setup import InStep, Maker
 from tilth.analysis.simulation import Simulation
@@ -72,7 +72,7 @@ class Scalar:
         start[found >= 0] = self.value[found[found >= 0]]
         start = active.updated(start)
         held = self.drained(active.position)[:, None]
-        given = GivenValues(held, np.where(held, self.given - start, 0.0))
+        given = GivenChange(held, np.where(held, self.given - start, 0.0))
         wet = active.updated(covered_nodes(of.soil))
         if self.wet is not None:
             wet = wet & self.wet(active.position)

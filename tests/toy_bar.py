@@ -57,7 +57,7 @@ class Bar:
     def in_step(self, of: InStep) -> Field:
         """As `FieldOwner.in_step`: the increment of the displacement."""
         nodes = MeshNodes(self.nodes + self.moved, of.step.active.comm)
-        return Field(self.name, nodes, self.nodes.shape[1])
+        return Field(self.name, nodes, self.nodes.shape[1], "momentum")
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """As `Stateful.state`."""

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -17,20 +18,25 @@ from small_problems import (
     ELASTIC,
     block_entries,
     dimension,
+    plane,
     rollers,
     spaced,
 )
 
 from tilth import Model
+from tilth.algebra.field import Field, GivenChange
+from tilth.algebra.nodes import MeshNodes
 from tilth.algebra.unknowns import Unknowns
+from tilth.analysis.initial_equilibrium import find_initial_equilibrium
 from tilth.analysis.residual import Equations, Newton
-from tilth.analysis.setup import InStep
 from tilth.analysis.simulation import Simulation
 from tilth.analysis.stage_change import next_stage, points_of_stages
-from tilth.analysis.step_terms import balance_of, terms_of
+from tilth.analysis.step_terms import TERMS
 from tilth.arrays import Flags, Floats
 from tilth.errors import StepFailed
 from tilth.terms.balance import Balance
+from tilth.terms.protocol import AssembledTerm, Term
+from tilth.terms.space import Space
 
 SOLVERS = ("superlu", "multigrid")
 E, NU = ELASTIC["young_modulus"], ELASTIC["poisson_ratio"]
@@ -46,9 +52,7 @@ def at_top(height: float) -> Callable[[Floats], Flags]:
 def balance_in(simulation: Simulation, before: float, after: float) -> Balance:
     """The balance of a step, with all fields."""
     step = simulation.prepare(before, after)
-    soil = simulation.soil_on(step.active)
-    of = InStep(simulation.setup, simulation.state, step, soil)
-    return balance_of(of, terms_of(of, simulation.services.timers))
+    return simulation.balance(step, simulation.soil_on(step.active), holds_others=False)
 
 
 def random_unknowns(balance: Balance, sizes: dict[str, float], seed: int) -> Unknowns:
@@ -253,6 +257,153 @@ def test_only_the_displacement_is_looked_for_where_the_scalar_is_held() -> None:
     now = Equations(balance).at(balance.first())
     assert now.sizes["momentum"].relative < 1e-6  # as it was, but for the soil's motion
     assert now.sizes["volume"].free == 0.0
+    balance.linearise(now.x, balance.space.matrix())  # whose blocks nobody asks for
+
+
+@pytest.mark.parametrize("kind", ["plane_strain", "3d"])
+@pytest.mark.parametrize("basis", ["linear", "gimp"])
+@pytest.mark.parametrize("cell", [0.5, 0.3])
+def test_a_uniform_scalar_at_rest_stays(kind: str, basis: str, cell: float) -> None:
+    """Nothing is stored and nothing flows: what is left is round-off over round-off."""
+    entries = block_entries(kind, basis, cells=2)
+    entries["grid"]["cell_size"] = cell
+    scalar = block_scalar(storage=1.0, coupling=0.0, drained=at_top(1e9))
+    simulation = with_scalar(Model.from_dict(entries), scalar)
+    scalar.key = simulation.locate(0.0).key.copy()
+    scalar.value = np.full((len(scalar.key), 1), 20.3)
+    residuals = simulation.advance(0.0, 1.0).equilibrium.residuals
+    assert len(residuals) <= 5
+    np.testing.assert_allclose(scalar.value, 20.3, rtol=1e-12)
+
+
+@pytest.mark.parametrize("solver", SOLVERS)
+def test_a_second_body_without_the_scalar(solver: str) -> None:
+    """It is in no block of it, and moves as without it."""
+    entries = block(solver=solver)
+    other = {**entries["bodies"][0], "name": "dry"}
+    other["shape"] = {"type": "box", "lower": [0.0, 8.0], "upper": [4.0, 10.0]}
+    entries["bodies"] = [entries["bodies"][0], other]
+    entries["boundaries"] = [*entries["boundaries"], plane("floor", "y", 8.0)]
+    found = []
+    for coupling in (1.0, 0.0):
+        scalar = block_scalar(wet=lambda x: x[:, 1] < 6.0, coupling=coupling)
+        points = advanced(with_scalar(Model.from_dict(entries), scalar), 0, 2).state.points
+        dry = points.body_id == 1
+        found.append(points.displacement[dry][np.argsort(points.point_id[dry])])
+    scale = np.abs(found[0]).max()
+    assert scale > 0.0
+    np.testing.assert_allclose(found[1], found[0], rtol=0, atol=1e-9 * scale)
+
+
+def test_a_scalar_in_soil_that_starts_in_equilibrium_or_with_inertia() -> None:
+    """The searches for the state and for the accelerations at the start hold it."""
+    moving = {
+        "analysis": {"kind": "plane_strain", "inertia": {"scheme": "newmark"}},
+        "units": {"length": "m", "force": "N", "time": "s"},
+        "schedule": {"steps": 4, "end": 1.0},
+    }
+    for changed in ({"initial": {"equilibrium": True}}, moving):
+        scalar = block_scalar()
+        simulation = with_scalar(Model.from_dict(block(**changed)), scalar)
+        if "initial" in changed:
+            find_initial_equilibrium(simulation)
+        advanced(simulation, 0, 1)
+        assert np.abs(scalar.value).max() > 0.0
+
+
+WRONG = {
+    "rows": (lambda own, x: Unknowns({NAME: np.zeros((1, 1))}), "Wrong returns a residual of 'p'"),
+    "field": (lambda own, x: Unknowns({"d": x.u}), "'d', a field that the step does not have"),
+    "type": (lambda own, x: x.u, "`evaluate` of Wrong returns no `Unknowns`"),
+}
+
+
+class Wrong(Term, AssembledTerm):
+    """A term with a mistake in what it returns."""
+
+    pairs_at_points: Any = ()
+    evaluate: Any = None
+    found: Any = None
+
+    def assembled(self, space: Space, elements: Any) -> Any:
+        return self.found
+
+    def assemble(self, x: Unknowns, matrix: Any) -> None:
+        matrix["u", NAME].values[:] = 0.0
+
+
+def wrong(**attributes: Any) -> Wrong:
+    term = Wrong()
+    term.found = term
+    for name, value in attributes.items():
+        setattr(term, name, value)
+    return term
+
+
+@pytest.mark.parametrize("mistake", WRONG)
+def test_what_a_term_returns_is_checked(mistake: str) -> None:
+    returns, told = WRONG[mistake]
+    simulation = Simulation(
+        Model.from_dict(block()),
+        terms=[*TERMS, lambda of: [wrong(evaluate=lambda x: returns(None, x))]],
+        fields=[block_scalar()],
+    )
+    with pytest.raises((TypeError, ValueError), match=re.escape(told)):
+        simulation.advance(0.0, 0.25)
+
+
+@pytest.mark.parametrize(
+    ("attributes", "told"),
+    [
+        ({"pairs_at_points": [("u", "d")]}, "Wrong couples a field 'd'"),
+        ({"pairs_at_points": ("u", NAME)}, "is no list of pairs"),
+        ({"found": None}, "`assembled` of Wrong returns no term"),
+        ({"evaluate": lambda x: Unknowns({})}, "no block of 'u' by 'p'"),
+    ],
+)
+def test_what_a_term_couples_is_checked(attributes: dict[str, Any], told: str) -> None:
+    simulation = Simulation(
+        Model.from_dict(block()),
+        terms=[*TERMS, lambda of: [wrong(**attributes)]],
+        fields=[block_scalar(coupling=0.0)],
+    )
+    with pytest.raises((TypeError, ValueError), match=re.escape(told)):
+        simulation.advance(0.0, 0.25)
+
+
+@pytest.mark.parametrize(
+    ("attributes", "told"),
+    [
+        ({"start": np.zeros(3)}, "start has the shape (3,) instead of (4, 1)"),
+        ({"active": np.ones((4, 1), dtype=bool)}, "active has the shape (4, 1) instead of (4,)"),
+        ({"scale": np.ones(2)}, "scale has the shape (2,) instead of (1,)"),
+        (
+            {"prescribed": GivenChange(np.zeros(4, dtype=bool), np.zeros((4, 1)))},
+            "prescribed.constrained has the shape (4,)",
+        ),
+    ],
+)
+def test_the_shapes_of_a_field_are_checked(attributes: dict[str, Any], told: str) -> None:
+    with pytest.raises(ValueError, match=re.escape(f"the field 'p': {told}")):
+        Field(NAME, MeshNodes(np.zeros((4, 2))), 1, "volume", **attributes)
+
+
+def test_an_owner_and_its_field_have_one_name() -> None:
+    scalar = block_scalar()
+    scalar.name = "d"
+    simulation = Simulation(Model.from_dict(block()), fields=[scalar])
+    scalar.name, give = "e", scalar.in_step
+    scalar.in_step = lambda of: replace(give(of), name="d")  # type: ignore[method-assign]
+    with pytest.raises(ValueError, match="the owner 'e' gives a field of the name 'd'"):
+        simulation.advance(0.0, 0.25)
+
+
+def test_a_failed_step_names_the_equation() -> None:
+    scalar = block_scalar(nonlinear=0.5, source=10.0, conductivity=1e-6)
+    entries = block()
+    entries["analysis"] |= {"maximum_iterations": 1, "line_search": False, "tolerance": 1e-13}
+    with pytest.raises(StepFailed, match=r"the equation '(volume|momentum)' of"):
+        with_scalar(Model.from_dict(entries), scalar).advance(0.0, 0.25)
 
 
 def test_each_equation_must_be_balanced() -> None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from tilth import _core
 from tilth.algebra.border import Border
-from tilth.algebra.field import Field
+from tilth.algebra.field import DISPLACEMENT, Field
 from tilth.algebra.unknowns import Unknowns
 from tilth.arrays import Floats, Integers, Shorts
 from tilth.comm import inner
@@ -50,20 +50,24 @@ class Block:
     pattern: BlockPattern
     values: Floats
 
-    def times(self, vector: Floats) -> Floats:
-        """Returns the product with nodal values of the column's field, (row nodes, components)."""
+    def times(self, vector: Floats, magnitude: bool = False) -> Floats:
+        """Returns the product with nodal values of the column's field, (row nodes, components).
+
+        magnitude: whether to use the absolute values of the block's entries.
+        """
         row_start, column = self.pattern.row_start, self.pattern.column
+        values = np.abs(self.values) if magnitude else self.values
         if self.row is self.column and self.row.components <= 3:
             product = np.empty(self.row.shape)
             nothing = np.zeros(self.row.shape, dtype=bool)
             _core.block_product(
-                self.row.components, row_start, column, self.values, nothing, vector, product
+                self.row.components, row_start, column, values, nothing, vector, product
             )
             return product
         import scipy.sparse as sp  # takes 0.2 s: only where fields are coupled
 
         shape = (self.row.zero().size, self.column.zero().size)
-        whole = sp.bsr_matrix((self.values, column, row_start), shape=shape)
+        whole = sp.bsr_matrix((values, column, row_start), shape=shape)
         return np.asarray(whole @ vector.ravel()).reshape(self.row.shape)
 
 
@@ -106,11 +110,27 @@ class BlockMatrix:
             at += sizes[pair]
 
     def __getitem__(self, pair: Pair) -> Block:
+        if pair not in self.blocks:
+            raise ValueError(
+                f"the matrix has no block of {pair[0]!r} by {pair[1]!r}: the term that adds to it "
+                "has to name this pair in `pairs_at_points`, or its elements in `coupled`"
+            )
         return self.blocks[pair]
 
     def clear(self) -> None:
         """Sets all entries to zero."""
         self.memory.fill(0.0)
+
+    def magnitude(self, x: Unknowns, name: str) -> Floats:
+        """Returns the sum of the absolute values of the summands of a field's rows times x.
+
+        Shape (nodes, components), without the block of the displacement by itself.
+        """
+        total = self.fields[name].zero()
+        for (row, column), block in self.blocks.items():
+            if row == name and (row, column) != (DISPLACEMENT, DISPLACEMENT):
+                total += block.times(np.abs(x.of[column]), magnitude=True)
+        return total
 
     def times(self, x: Unknowns) -> Unknowns:
         """Returns the product with all unknowns, rows of constrained ones included.
@@ -123,9 +143,10 @@ class BlockMatrix:
             product[row] = product[row] + part if row in product else part
         of_globals = np.zeros_like(x.globals)
         if self.border is not None:
-            nodes = self.fields["u"].nodes
+            nodes = self.fields[DISPLACEMENT].nodes
             own, rows = nodes.owned, self.border.rows
             of_globals = np.array([inner(nodes.comm, row[own], x.u[own]) for row in rows])
             of_globals += self.border.corner @ x.globals
-            product["u"] = product["u"] + np.tensordot(x.globals, self.border.columns, axes=1)
+            of_border = np.tensordot(x.globals, self.border.columns, axes=1)
+            product[DISPLACEMENT] = product[DISPLACEMENT] + of_border
         return Unknowns(product, of_globals)

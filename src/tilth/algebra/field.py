@@ -39,11 +39,23 @@ class Field:
     name: str
     nodes: Nodes
     components: int
-    equation: str = MOMENTUM
+    equation: str
     scale: Floats | None = field(default=None, repr=False)
     active: Flags | None = field(default=None, repr=False)
     start: Floats | None = field(default=None, repr=False)
     prescribed: Prescribed | None = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        """Checks the shapes; raises `ValueError`."""
+        arrays = {"start": (self.start, self.shape), "active": (self.active, self.shape[:1])}
+        arrays["scale"] = self.scale, self.shape[1:]
+        if self.prescribed is not None:
+            arrays["prescribed.constrained"] = self.prescribed.constrained, self.shape
+            arrays["prescribed.increment"] = self.prescribed.increment, self.shape
+        for name, (array, shape) in arrays.items():
+            if array is not None and array.shape != shape:
+                what = f"the field {self.name!r}: {name} has the shape {array.shape}"
+                raise ValueError(f"{what} instead of {shape}")
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -96,8 +108,8 @@ class Prescribed(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class GivenValues:
-    """Prescribed values of a field, see `Prescribed`."""
+class GivenChange:
+    """Prescribed change of a field, see `Prescribed`."""
 
     constrained: Flags
     increment: Floats

@@ -10,6 +10,7 @@ from enum import Enum, auto
 
 import numpy as np
 
+from tilth.algebra.block_matrix import BlockMatrix
 from tilth.algebra.field import DISPLACEMENT, MOMENTUM, Field
 from tilth.algebra.unknowns import Unknowns
 from tilth.arrays import Floats
@@ -158,11 +159,15 @@ def most_patient(newton: Newton) -> Newton:
 class Equations:
     """The equations of all fields and global unknowns as functions of these.
 
-    balance: all terms of the step, with its fields.
+    Attributes:
+        balance: all terms of the step, with its fields.
+        matrix: the derivative where it was last computed, which tells the round-off of fields
+            besides the displacement; None before.
     """
 
     def __init__(self, balance: Balance) -> None:
         self.balance = balance
+        self.matrix: BlockMatrix | None = None
         self._fields: dict[str, list[Field]] = {}
         for each in balance.fields.values():
             self._fields.setdefault(each.equation, []).append(each)
@@ -183,8 +188,22 @@ class Equations:
             self._first.setdefault(name, size.of_forces)
             if self._first[name] == 0.0:
                 self._first[name] = size.of_forces
-        merits = [size.free / (self._first[name] or 1.0) for name, size in sizes.items()]
+        merits = [
+            size.free / (self._first[name] or 1.0)
+            for name, size in sizes.items()
+            if size.free > self._round_off(name, x)
+        ]
         return Iterate(x, residual, sizes, math.hypot(*merits))
+
+    def _round_off(self, equation: str, x: Unknowns) -> float:
+        """Returns the norm of the residual that round-off may cause, in the equation's unit."""
+        fields, matrix, total = self._fields[equation], self.matrix, 0.0
+        if matrix is not None and len(matrix.fields) > 1:
+            for each in fields:
+                size = each.over_scale(matrix.magnitude(x, each.name))[each.owned]
+                total = math.hypot(total, norm(self.balance.comm, size))
+        terms = self.balance.round_off(x, fields)
+        return math.hypot(terms, float(np.finfo(np.float64).eps) * total)
 
     def _size(self, equation: str, residual: Residual) -> Size:
         balance, fields = self.balance, self._fields[equation]
@@ -213,8 +232,20 @@ class Equations:
         return all(
             size.relative <= newton.tolerance
             or size.free <= newton.round_off.get(equation, 0.0)
-            or (late and size.free <= self.balance.round_off(state.x, self._fields[equation]))
+            or (late and size.free <= self._round_off(equation, state.x))
             for equation, size in state.sizes.items()
+        )
+
+    def failure(self, state: Iterate, newton: Newton) -> str:
+        """Returns why an iteration ended without a solution: how far the worst equation is off."""
+        reason = f"no equilibrium after {newton.maximum_iterations} Newton iterations"
+        if len(state.sizes) == 1:
+            return reason
+        worst = max(state.sizes, key=lambda name: state.sizes[name].relative)
+        size, names = state.sizes[worst], [each.name for each in self._fields[worst]]
+        return (
+            f"{reason}: the equation {worst!r} of {', '.join(names)} is out of balance by "
+            f"{size.free:.3g}, its largest sum of terms is {size.of_forces:.3g}"
         )
 
     def worst_point(self, state: Iterate) -> int:

@@ -134,11 +134,19 @@ class Simulation:
         """As `terms_of`."""
         return terms_of(InStep(self.setup, self.state, step, soil), self.services.timers)
 
-    def balance(self, step: PreparedStep, soil: Soil, further: Sequence[Term] = ()) -> Balance:
-        """Returns that of the displacement, all other fields held, with `further` terms."""
+    def balance(
+        self,
+        step: PreparedStep,
+        soil: Soil,
+        further: Sequence[Term] = (),
+        holds_others: bool = True,
+    ) -> Balance:
+        """Returns the balance of a step with `further` terms.
+
+        holds_others: see `balance_of`.
+        """
         of = InStep(self.setup, self.state, step, soil)
-        terms = [*terms_of(of, self.services.timers), *further]
-        return balance_of(of, terms, holds_others=True)
+        return balance_of(of, [*terms_of(of, self.services.timers), *further], holds_others)
 
     def advance(
         self,

@@ -101,7 +101,7 @@ def solve_step(
         StepFailed: no equilibrium within the iterations, an inverted point, a singular system.
     """
     equations = Equations(balance)
-    linearised = Linearisation(balance, services)
+    linearised = Linearisation(equations, services)
     residuals: list[float] = []
     begun, reuse = 0, Reuse.NOTHING
     refinements = _Refinements(newton.refinement)
@@ -129,8 +129,8 @@ def solve_step(
             reactions = reactions_at(balance, now)
             return Equilibrium(now.x, now.residual.load, reactions, initial_reaction, residuals)
         if len(residuals) - begun > newton.maximum_iterations:
-            reason = f"no equilibrium after {newton.maximum_iterations} Newton iterations"
-            raise StepFailed(reason, point=equations.worst_point(now), residuals=residuals)
+            reason, point = equations.failure(now, newton), equations.worst_point(now)
+            raise StepFailed(reason, point=point, residuals=residuals)
         tolerance = forcing_term(1.0 if moving else now.relative, newton.tolerance)
         shares: Sequence[float] = (1.0,)
         if newton.line_search and not moving:
@@ -256,12 +256,12 @@ class Linearisation:
     """The linear systems of a step.
 
     Args:
-        balance: all terms of the step, with its fields.
+        equations: of the step, which get the matrix.
         services: solve them, and measure the time of assembly and solution.
     """
 
-    def __init__(self, balance: Balance, services: Services) -> None:
-        self._balance = balance
+    def __init__(self, equations: Equations, services: Services) -> None:
+        self._equations, self._balance = equations, equations.balance
         self._solver, self._timers = services.solver, services.timers
         self._begun: tuple[CoupledSystem, SystemSolver] | None = None
 
@@ -282,17 +282,17 @@ class Linearisation:
         system, solver = self._system(now, reuse)
         of = {name: -values for name, values in now.residual.of.items()}
         right_side = Unknowns(of, -now.residual.globals)
-        if not moving:
-            with self._timers.measure("solve"):
-                return solver.solve(right_side, tolerance)
-        moved = {
-            name: np.where(each.constrained, each.increment, 0.0)
-            for name, each in self._balance.fields.items()
-        }
-        given = Unknowns(moved, np.zeros_like(right_side.globals))
-        right_side = right_side.plus(system.matrix.times(given), -1.0)
+        given = None
+        if moving:
+            moved = {
+                name: np.where(each.constrained, each.increment, 0.0)
+                for name, each in self._balance.fields.items()
+            }
+            given = Unknowns(moved, np.zeros_like(right_side.globals))
+            right_side = right_side.plus(system.matrix.times(given), -1.0)
         with self._timers.measure("solve"):
-            return given.plus(solver.solve(right_side, tolerance))
+            found = solver.solve(right_side, tolerance)
+        return found if given is None else given.plus(found)
 
     def _system(self, now: Iterate, reuse: Reuse) -> tuple[CoupledSystem, SystemSolver]:
         balance = self._balance
@@ -308,6 +308,7 @@ class Linearisation:
         solver.renew(similar=reuse is Reuse.LEVELS)
         balance.linearise(now.x, system.matrix)
         balance.linearised()
+        self._equations.matrix = system.matrix
         system.displacement.exact_nodes = balance.exact_nodes()
         system.schur = balance.schur(now.x, system.matrix)
         return system, solver

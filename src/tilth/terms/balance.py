@@ -28,7 +28,7 @@ from tilth.terms.protocol import (
     Term,
     union,
 )
-from tilth.terms.space import Space, displacement_of
+from tilth.terms.space import Coupled, Space, displacement_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,9 +78,14 @@ class Balance:
     def __init__(
         self, active: ActiveGrid, terms: Sequence[Term], fields: Sequence[Field] | None = None
     ) -> None:
+        fields = [displacement_of(active)] if fields is None else fields
+        names = [each.name for each in fields]
+        if len(set(names)) < len(names):
+            raise ValueError(f"two fields have the same name: {', '.join(names)}")
         coupled = [list(term.coupled) for term in terms]
         points = [pair for term in terms for pair in term.pairs_at_points]
-        fields = [displacement_of(active)] if fields is None else fields
+        for term, of_term in zip(terms, coupled, strict=True):
+            _require_known(term, of_term, names)
         self.space = Space(active, fields, [each for of in coupled for each in of], points)
         self.active = self.space.active
         elements = iter(self.active.elements)
@@ -88,6 +93,9 @@ class Balance:
             term.assembled(self.space, [next(elements) for each in of_term if each.of_displacement])
             for term, of_term in zip(terms, coupled, strict=True)
         ]
+        for term, found in zip(terms, self.terms, strict=True):
+            if not isinstance(found, AssembledTerm):
+                raise TypeError(f"`assembled` of {type(term).__name__} returns no term")
         self.comm = active.comm
         self.load_before = self._sum(term.load_before() for term in self.terms)
         self.inertia_before = self._sum(term.inertia_before() for term in self.terms)
@@ -183,6 +191,7 @@ class Balance:
         of_globals = np.zeros_like(self.global_scale)
         for number, (term, own) in enumerate(self._of(x)):
             part = term.evaluate(own)
+            _require_shapes(term, part, residual)
             of_globals[self._slices[number]] = part.globals
             if self.kept is not None:
                 force = part.of.get(DISPLACEMENT)
@@ -335,3 +344,34 @@ class Balance:
             return [joined]
         alone = sorted([yielding, joined], key=lambda nodes: -count(self.comm, int(nodes.sum())))
         return [yielding | joined, *alone]
+
+
+def _require_known(term: Term, coupled: Sequence[Coupled], names: Sequence[str]) -> None:
+    """Checks that the fields that a term couples are those of the step; raises `ValueError`."""
+    pairs = term.pairs_at_points
+    if not all(isinstance(pair, tuple) and len(pair) == 2 for pair in pairs):
+        raise ValueError(f"`pairs_at_points` of {type(term).__name__} is no list of pairs: {pairs}")
+    for pair in (*pairs, *(each.pair for each in coupled)):
+        for name in pair:
+            if name not in names:
+                raise ValueError(
+                    f"{type(term).__name__} couples a field {name!r} that the step does not have; "
+                    f"it has {', '.join(names)}: a further one needs an owner in `fields`"
+                )
+
+
+def _require_shapes(term: AssembledTerm, part: Unknowns, residual: Mapping[str, Floats]) -> None:
+    """Checks what a term returns; raises `TypeError` or `ValueError`."""
+    if not isinstance(part, Unknowns):
+        raise TypeError(f"`evaluate` of {type(term).__name__} returns no `Unknowns`")
+    for name, values in part.of.items():
+        if name not in residual:
+            raise ValueError(
+                f"{type(term).__name__} returns a residual of {name!r}, a field that the step does "
+                f"not have; it has {', '.join(residual)}"
+            )
+        if values.shape != residual[name].shape:
+            raise ValueError(
+                f"{type(term).__name__} returns a residual of {name!r} of the shape {values.shape} "
+                f"instead of {residual[name].shape}"
+            )

@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from tilth.algebra.block_matrix import BlockMatrix, BlockPattern, Pair
-from tilth.algebra.field import DISPLACEMENT, Field, Prescribed
+from tilth.algebra.field import DISPLACEMENT, MOMENTUM, Field, Prescribed
 from tilth.arrays import Floats, Integers, Shorts
 from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.pattern import Pattern
@@ -221,4 +221,4 @@ def _joined(one: Coupled, other: Coupled) -> tuple[Integers, Shorts]:
 
 def displacement_of(active: ActiveGrid, prescribed: Prescribed | None = None) -> Field:
     """Returns the field of the displacement on a grid; prescribed: in the step."""
-    return Field(DISPLACEMENT, active, active.grid.dim, prescribed=prescribed)
+    return Field(DISPLACEMENT, active, active.grid.dim, MOMENTUM, prescribed=prescribed)
