@@ -65,18 +65,26 @@ def turned_block(basis: str, holder: str, angle: float, steps: int) -> Model:
     return Model.from_dict(entries)
 
 
-def turned_block_in_space(basis: str, angle: float, steps: int) -> Model:
-    """A smaller block, tilted about x, in a box that turns about y by an angle [degrees].
+def turned_block_in_space(basis: str, holder: str, angle: float, steps: int) -> Model:
+    """A smaller block, tilted about x; the box or body turns about y by an angle [degrees].
 
     The axis is oblique to the block.
     """
-    entries = turned_block(basis, "held", angle, steps).to_dict()
+    entries = turned_block(basis, holder, angle, steps).to_dict()
     entries["analysis"]["kind"] = "3d"
     box = {"lower": [0.13, 0.21, 0.17], "upper": [1.07, 0.93, 0.79], "angle": 35.0, "axis": "x"}
     entries["bodies"][0]["shape"] |= box
-    entries["boundaries"][0]["geometry"] |= box
-    turn = {"angle": angle, "centre": [1.1, -0.7, 0.4], "axis": "y"}
-    entries["boundaries"][0]["rotation"] = turn
+    centre = [1.1, -0.7, 0.4]
+    if holder == "held":
+        boundary = entries["boundaries"][0]
+        boundary["geometry"] |= box
+        boundary["rotation"] = {"angle": angle, "centre": centre, "axis": "y"}
+    else:
+        body = entries["rigid_bodies"][0]
+        body["geometry"] |= box
+        body["centre"] = centre
+        body["displacement"] = {"x": 0.0, "y": 0.0, "z": 0.0}
+        body["rotation"] = {"x": 0.0, "y": angle, "z": 0.0}
     stress = [*np.diag(STRESS).tolist(), float(STRESS[0, 1]), 0.0, 0.0]
     entries["initial"]["stress"][0]["stress"] = stress
     return Model.from_dict(entries)

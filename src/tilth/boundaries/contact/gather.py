@@ -363,6 +363,8 @@ def _where_taken(pose: Pose, position: Floats) -> Pose:
 
     position: mean of the soil's positions with the weights of the displacement [length], (n, dim).
     """
-    away = position - pose.position
-    along = away - np.einsum("ni,ni->n", away, pose.normal)[:, None] * pose.normal
+    away, normal = position - pose.position, pose.normal
+    if pose.rotation is not None:  # at the start of the step, as the positions are
+        normal = np.einsum("nji,nj->ni", pose.rotation[0], normal)
+    along = away - np.einsum("ni,ni->n", away, normal)[:, None] * normal
     return replace(pose, position=pose.position + along, increment=pose.increment_at(along))
