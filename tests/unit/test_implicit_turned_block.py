@@ -76,7 +76,11 @@ def errors_in_space(basis: str, holder: str, angle: float, steps: int) -> list[f
 
 @pytest.mark.parametrize(
     ("angle", "steps"),
-    [(180.0, 12), *(pytest.param(720.0, n, marks=pytest.mark.slow) for n in (48, 96))],
+    [
+        (180.0, 12),
+        pytest.param(720.0, 48, marks=pytest.mark.slow),
+        pytest.param(720.0, 96, marks=pytest.mark.long),
+    ],
 )
 @pytest.mark.parametrize("basis", [pytest.param("cpdi1", marks=pytest.mark.slow), "cpdi2"])
 def test_stress_in_a_box_that_turns_in_space(basis: str, angle: float, steps: int) -> None:
@@ -88,7 +92,11 @@ def test_stress_in_a_box_that_turns_in_space(basis: str, angle: float, steps: in
 
 @pytest.mark.parametrize(
     ("angle", "steps"),
-    [(180.0, 12), *(pytest.param(720.0, n, marks=pytest.mark.slow) for n in (48, 96))],
+    [
+        (180.0, 12),
+        pytest.param(720.0, 48, marks=pytest.mark.slow),
+        pytest.param(720.0, 96, marks=pytest.mark.long),
+    ],
 )
 @pytest.mark.parametrize("basis", [pytest.param("cpdi1", marks=pytest.mark.slow), "cpdi2"])
 def test_stress_in_a_bonded_body_that_turns_in_space(basis: str, angle: float, steps: int) -> None:
