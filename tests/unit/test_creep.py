@@ -15,7 +15,7 @@ from tilth import AnalysisFailed, StrengthReduction
 from tilth.algebra.unknowns import Unknowns
 from tilth.analysis.creep import CIRCLING, LEAST_SIZE, PSEUDO_STEPS, creep, crept_to_rest
 from tilth.analysis.mechanism import moving_cells
-from tilth.analysis.residual import Equations, Guess, Newton, Residual
+from tilth.analysis.residual import Equations, Guess, Newton
 from tilth.analysis.run_warnings import RunWarnings
 from tilth.analysis.safety_search import MOST_UNDECIDED, Outcome, Search, Trial
 from tilth.analysis.step import Equilibrium
@@ -156,11 +156,11 @@ def test_a_little_soil_may_fall_beside_what_drives_it(
         kind="plane_strain",
     )  # fmt: skip
     slider = Slider(pull=1.1, strength=1.0, reach=10.0)
-    balance = SimpleNamespace(at=lambda u, unknowns: SimpleNamespace(relative=borne))
+    equations = SimpleNamespace(at=lambda x: SimpleNamespace(relative=borne))
     found = crept_to_rest(
         cast(PreparedStep, step), cast(Soil, soil), cast(MaterialPoints, own),
         cast(RunWarnings, warnings), slider.solve,
-        slider.drag, NEWTON, np.zeros((1, 1)), cast(Residual, balance), "",
+        slider.drag, NEWTON, START, cast(Equations, equations), "",
     )  # fmt: skip
     assert (found is not None) == falls
     assert told == [borne] * falls
@@ -173,13 +173,11 @@ def test_it_gives_up_where_even_the_shortest_steps_fail() -> None:
     slider = Slider(pull=1.1, strength=1.0, reach=1.0)
     sizes = []
 
-    def failing(newton: Newton, displacement: Floats, unknowns: Floats | None) -> Equilibrium:
+    def failing(newton: Newton, guess: Guess) -> Equilibrium:
         sizes.append(slider.drag.size)
         raise StepFailed("inverted")
 
-    assert not list(
-        creep(failing, slider.drag, NEWTON, slider.residual, np.zeros((1, 1)), None, STIFF)
-    )
+    assert not list(creep(failing, slider.drag, NEWTON, slider.equations, START, STIFF))
     assert LEAST_SIZE <= min(sizes) < 4.0 * LEAST_SIZE
 
 

@@ -64,7 +64,7 @@ class Recounted(Explanation):
             self._sets = []
         told = own[-1]
         soil = self._simulation.soil_on(balance.active)
-        soil.update(state.displacement)
+        soil.update(state.x.u)
         more = soil._trial.plastic[:, 0] > soil.points.plastic[:, 0]
         sets = {"yield": set(np.flatnonzero(more).tolist())}
         for term in balance.terms:
@@ -73,7 +73,7 @@ class Recounted(Explanation):
         self._compare(told, sets)
         self._sets.append(sets)
         self.seen += 1
-        free = np.where(self._watched.constrained, 0.0, state.forces.residual)
+        free = np.where(balance.fields["u"].constrained, 0.0, state.residual.u)
         assert told.norm == pytest.approx(np.linalg.norm(free))
         assert told.relative == state.relative
         place = balance.active.position[np.linalg.norm(free, axis=1).argmax()]
