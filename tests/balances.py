@@ -23,7 +23,7 @@ def blocks_at(balance: Balance, u: Floats, of_globals: Floats | None = None) -> 
     """The node blocks of the displacement at the last evaluation, (entries, dim, dim)."""
     matrix = balance.space.matrix()
     balance.linearise(balance.at(u, of_globals), matrix)
-    return matrix[OF_DISPLACEMENT].values
+    return matrix[OF_DISPLACEMENT].values.copy()  # the next step has the same memory
 
 
 def committed(balance: Balance, u: Floats) -> None:

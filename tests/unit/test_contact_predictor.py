@@ -28,7 +28,7 @@ def guesses(monkeypatch: pytest.MonkeyPatch) -> list[bool]:
     solve = tilth.analysis.attempts.solve_step
 
     def solve_without(*arguments: Any) -> Any:
-        asked.append(arguments[4] is not None)
+        asked.append(arguments[3] is not None)
         if asked[-1]:
             raise StepFailed("the guess leads astray")
         return solve(*arguments)
