@@ -14,6 +14,7 @@ from tilth import _core
 from tilth.arrays import Flags, Floats, Integers
 from tilth.bodies.corners import corner_signs, mean_half_edges, parallelepiped
 from tilth.model.laws import PLASTIC_STRAIN, Law
+from tilth.mpm.elastic_moduli import ElasticModuli
 
 _Number = TypeVar("_Number", np.int64, np.float64)
 
@@ -85,30 +86,6 @@ class PointRange:
         return self.basis == "cpdi1"
 
 
-@dataclass(frozen=True)
-class ElasticModuli:
-    """Tangent elastic moduli of isotropic laws at the points' states.
-
-    Attributes:
-        bulk, shear: [stress], shape (n,).
-        young: Young's modulus E = 9 K G / (3 K + G) [stress], shape (n,).
-    """
-
-    bulk: Floats
-    shear: Floats
-    young: Floats
-
-    @property
-    def constrained(self) -> Floats:
-        """Constrained modulus M = K + 4 G / 3 [stress], shape (n,)."""
-        return self.bulk + 4.0 / 3.0 * self.shear
-
-    @property
-    def poisson(self) -> Floats:
-        """Poisson's ratio (3 K - 2 G) / (6 K + 2 G) [-], shape (n,)."""
-        return (3.0 * self.bulk - 2.0 * self.shear) / (6.0 * self.bulk + 2.0 * self.shear)
-
-
 @dataclass
 class MaterialPoints:
     """State of all material points; n points, dim directions, tension positive.
@@ -150,6 +127,8 @@ class MaterialPoints:
         motion: velocity [length/time], acceleration and algorithmic acceleration (the one that
             displacement and velocity follow, terms/inertia.py) [length/time^2], shape (n, 3, dim);
             (n, 0, dim) without inertia.
+        water: of pores in which it flows: its volume per initial volume [-] and its excess pressure
+            [stress], shape (n, 2); (n, 0) without.
         varying: values of the material parameters that vary from place to place, by the keys of the
             case file, in the order of the permanent numbers, shape (n,); "not a number" where the
             material has no such parameter. Only of whole sets of points; it does not change.
@@ -175,6 +154,7 @@ class MaterialPoints:
     initial_half_edge: Floats
     corner: Floats
     motion: Floats
+    water: Floats
     varying: Mapping[str, Floats] = field(default_factory=dict)
 
     @classmethod
@@ -223,6 +203,7 @@ class MaterialPoints:
             initial_half_edge=mean_half_edges(corner) if convected else np.zeros((n, 0, dim)),
             corner=np.array(corner, dtype=np.float64, order="C"),
             motion=np.zeros((n, 0, dim)),
+            water=np.zeros((n, 0)),
             varying=varying or {},
         )
         points.update_bounding_boxes()

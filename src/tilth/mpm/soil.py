@@ -17,11 +17,12 @@ from tilth.errors import StepFailed
 from tilth.model.laws import laws
 from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.domains import MovedDomains, move_domain_faces, moved_domains, update_domains
+from tilth.mpm.elastic_moduli import ElasticModuli
 from tilth.mpm.f_bar import Centres
 from tilth.mpm.interval import INSTANT, Interval
 from tilth.mpm.plastic_volumes import PlasticVolumes, with_volume_change
 from tilth.mpm.point_integrals import PointIntegrals
-from tilth.mpm.points import ElasticModuli, MaterialPoints
+from tilth.mpm.points import MaterialPoints
 from tilth.mpm.torn_off import torn_off
 from tilth.timers import Timers
 

@@ -39,6 +39,11 @@ def filled_cells(soil: Soil) -> tuple[Integers, Floats, Floats]:
     return key, filled[:, 0] / size, modulus
 
 
+def volumes_in_cells(soil: Soil) -> Floats:
+    """Returns the points' volumes in each cell [length^dim; in axisymmetry length^3], (cells,)."""
+    return _sums(soil, soil.points.volume, np.ones(len(soil.points)))[:, 0]
+
+
 def means_in_cells(soil: Soil, value: Floats) -> Floats:
     """Returns means of a value of the points (n,) over their volume in each cell, (cells,)."""
     filled = _sums(soil, soil.points.volume, value)

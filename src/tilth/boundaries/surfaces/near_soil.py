@@ -26,8 +26,9 @@ from tilth.grid.background import cell_corners
 from tilth.grid.keys import lattice_keys
 from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.domains import half_edges
+from tilth.mpm.elastic_moduli import ElasticModuli
 from tilth.mpm.owned_places import OwnedPlaces
-from tilth.mpm.points import ElasticModuli, MaterialPoints
+from tilth.mpm.points import MaterialPoints
 from tilth.mpm.quadrature import PointsInCells, find_cells, points_in_cells
 
 if TYPE_CHECKING:

@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Water in the pores of saturated soil: what points store, and how it flows through them.
+
+Pressures are the excess over that of water at rest, positive in compression. A point stores the
+volume of its water per initial volume, at the reference density,
+
+    zeta = (J - 1 + n0) exp(p / K_w),
+
+with J = det F and the porosity n0 at the start (grains do not change their volume; Coussy 2004).
+The flux relative to the soil is q = -kappa grad p (Darcy), kappa the hydraulic conductivity over
+the unit weight of water. Theory: docs/theory/consolidation.md.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from tilth.arrays import Floats
+
+STORED, PRESSURE = 0, 1
+"""Columns of `MaterialPoints.water`."""
+
+
+class Permeability(Enum):
+    """How the conductivity changes with the porosity."""
+
+    CONSTANT = "constant"
+    KOZENY_CARMAN = "kozeny_carman"
+
+
+@dataclass(frozen=True)
+class PoreWater:
+    """Pores and water of n points.
+
+    Attributes:
+        porosity: n0 [-], shape (n,).
+        conductivity: kappa at the start, k / gamma_w [length^4/(force time)], shape (n,).
+        permeability: how it changes.
+        bulk_modulus: K_w of the water [stress]; infinite for water that cannot be compressed.
+    """
+
+    porosity: Floats
+    conductivity: Floats
+    permeability: Permeability = Permeability.CONSTANT
+    bulk_modulus: float = np.inf
+
+    def stored(self, jacobian: Floats, pressure: Floats) -> Floats:
+        """Returns zeta [-], shape (n,)."""
+        pores = jacobian - 1.0 + self.porosity
+        return np.asarray(pores * np.exp(pressure / self.bulk_modulus))
+
+    def stored_derivatives(self, jacobian: Floats, pressure: Floats) -> tuple[Floats, Floats]:
+        """Returns those of zeta by J [-] and by the pressure [1/stress], shape (n,) each."""
+        compressed = np.exp(pressure / self.bulk_modulus)
+        pores = jacobian - 1.0 + self.porosity
+        return compressed, pores * compressed / self.bulk_modulus
+
+    def conductivities(self, jacobian: Floats) -> tuple[Floats, Floats]:
+        """Returns kappa and J times its derivative by J, shape (n,) each.
+
+        Kozeny (1927) and Carman (1937): kappa ~ n^3 / (1 - n)^2.
+        """
+        if self.permeability is Permeability.CONSTANT:
+            return self.conductivity, np.zeros_like(self.conductivity)
+        grains = (1.0 - self.porosity) / jacobian
+        porosity = 1.0 - grains
+        ratio = (porosity / self.porosity) ** 3 * ((1.0 - self.porosity) / grains) ** 2
+        conductivity = self.conductivity * ratio
+        return conductivity, conductivity * (3.0 / porosity + 2.0 / grains) * grains
+
+
+@dataclass(frozen=True, eq=False)
+class WaterAt:
+    """Water of n points at one displacement and pressure of a step.
+
+    Gradients are those in the geometry of that displacement.
+
+    Attributes:
+        volume: V0 J, shape (n,).
+        jacobian: J [-], shape (n,).
+        inverse: of the step's deformation gradient, its `dim` directions, shape (n, dim, dim).
+        radius: of the point in axisymmetry [length], shape (n,); None otherwise.
+        pressure: [stress], shape (n,).
+        gradient: of the pressure [stress/length], shape (n, dim).
+        stored: zeta [-], shape (n,).
+    """
+
+    volume: Floats
+    jacobian: Floats
+    inverse: Floats
+    radius: Floats | None
+    pressure: Floats
+    gradient: Floats
+    stored: Floats
+
+    @property
+    def dim(self) -> int:
+        """Number of directions."""
+        return int(self.gradient.shape[1])
+
+    def at_start(self, flux: Floats) -> Floats:
+        """Returns the fluxes through the geometry of the step's start, (n, c, dim) as given.
+
+        Their product with a gradient there is that of the given ones with the gradient now.
+        """
+        return np.asarray(np.einsum("nck,nmk->ncm", flux, self.inverse))
+
+    def matrices_at_start(self, matrices: Floats) -> Floats:
+        """Returns the same for matrices by value and gradient, see `PointIntegrals.add_blocks`.
+
+        matrices: shape (n, r, 1 + dim, c, 1 + dim).
+        """
+        n, dim = len(self.volume), self.dim
+        turn = np.zeros((n, 1 + dim, 1 + dim))
+        turn[:, 0, 0] = 1.0
+        turn[:, 1:, 1:] = self.inverse
+        return np.ascontiguousarray(
+            np.einsum("nmk,nikjl,npl->nimjp", turn, matrices, turn, optimize=True)
+        )
+
+    def divergence(self) -> Floats:
+        """Returns what takes (N, grad N) of a node to the divergence of its unit displacements.
+
+        Shape (n, dim, 1 + dim): gradient, and in axisymmetry N / r of the radial one.
+        """
+        n, dim = len(self.volume), self.dim
+        found = np.zeros((n, dim, 1 + dim))
+        found[:, np.arange(dim), 1 + np.arange(dim)] = 1.0
+        if self.radius is not None:
+            found[:, 0, 0] = 1.0 / self.radius
+        return found

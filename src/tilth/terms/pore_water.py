@@ -1,0 +1,393 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Terms of water that flows through soil: its pressure on the soil, what is stored, what flows.
+
+The balance of momentum has the force -V p div, with all derivatives at finite strain; that of
+water, in volume per step, takes the sign that makes the coupling symmetric:
+
+    R_u = -sum_p V p D_a,      R_p = -sum_p [V0 N_a (zeta - zeta_n) + h V kappa grad N_a . grad p],
+
+D_a = grad N_a, in axisymmetry with N_a / r in the radial direction, h the size of the step
+(backward Euler). Nodes of pressure and displacement are the same; `Projection` stabilises them.
+Theory: docs/theory/consolidation.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from tilth import _core
+from tilth.algebra.block_matrix import BlockMatrix, Pair
+from tilth.algebra.field import DISPLACEMENT
+from tilth.algebra.unknowns import Unknowns
+from tilth.arrays import Floats, Shorts
+from tilth.mpm.pattern import Elements, same_starts
+from tilth.mpm.point_integrals import PointIntegrals
+from tilth.mpm.pore_water import PRESSURE, STORED, PoreWater, WaterAt
+from tilth.mpm.soil import Soil
+from tilth.terms.filled_cells import cell_places, means_in_cells, volumes_in_cells
+from tilth.terms.ghost import Faces
+from tilth.terms.protocol import AssembledTerm, Role, Term
+from tilth.terms.space import Coupled, ElementBlocks, Space
+
+PORE_PRESSURE = "p"
+"""Name of the field: the excess pore pressure [stress], compression positive."""
+
+WATER = "water"
+"""Its equation: the balance of the water's volume in a step [length^dim]."""
+
+GHOST = 0.25
+"""Factor of the ghost stabilisation of the pressure [-]."""
+
+COUPLINGS: Sequence[Pair] = ((DISPLACEMENT, PORE_PRESSURE), (PORE_PRESSURE, PORE_PRESSURE))
+
+
+class WaterInStep:
+    """Water of the points in one step, at the unknowns of the last evaluation.
+
+    Args:
+        soil: on the grid of the step.
+        water: pores and water of its points.
+        size: of the step [time].
+
+    Attributes:
+        at: the last evaluation; None before.
+    """
+
+    def __init__(self, soil: Soil, water: PoreWater, size: float) -> None:
+        points = soil.points
+        self.soil, self.water, self.size = soil, water, size
+        self.integrals: PointIntegrals = soil.integrals
+        self.before = points.water
+        self._jacobian = np.linalg.det(points.deformation_gradient)
+        self.at: WaterAt | None = None
+        self._of: Mapping[str, Floats] | None = None
+
+    def evaluate(self, x: Unknowns) -> WaterAt:
+        """Returns the water at these unknowns."""
+        if self.at is not None and self._of is x.of:
+            return self.at
+        points, dim = self.soil.points, self.soil.active.grid.dim
+        determinant, inverse = self.soil.step_inverses(x.u)
+        jacobian = self._jacobian * determinant
+        inverse = np.ascontiguousarray(inverse[:, :dim, :dim])
+        p = self.integrals.interpolated(x[PORE_PRESSURE])[:, 0]
+        gradient = self.integrals.gradient(x[PORE_PRESSURE])[:, 0]
+        radius = None
+        if self.soil.kind == "axisymmetric":
+            radius = points.position[:, 0] + self.soil.interpolate(x.u)[:, 0]
+        self._of = x.of
+        self.at = WaterAt(
+            volume=points.initial_volume * jacobian,
+            jacobian=jacobian,
+            inverse=inverse,
+            radius=radius,
+            pressure=p,
+            gradient=np.einsum("nm,nmk->nk", gradient, inverse),
+            stored=self.water.stored(jacobian, p),
+        )
+        return self.at
+
+    @property
+    def last(self) -> WaterAt:
+        """The last evaluation."""
+        assert self.at is not None, "water is assembled before it was evaluated"
+        return self.at
+
+
+class StoredWater(Term):
+    """Water that the pores take up, and its pressure on the soil.
+
+    Args:
+        water: of the step, shared with `Seepage`.
+    """
+
+    def __init__(self, water: WaterInStep) -> None:
+        self._water = water
+
+    @property
+    def pairs_at_points(self) -> Sequence[Pair]:
+        """As `Term.pairs_at_points`."""
+        return COUPLINGS
+
+    def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledTerm:
+        """As `Term.assembled`."""
+        return _StoredWater(self._water, space)
+
+
+class Seepage(Term):
+    """Water that flows through the soil."""
+
+    def __init__(self, water: WaterInStep) -> None:
+        self._water = water
+
+    @property
+    def pairs_at_points(self) -> Sequence[Pair]:
+        """As `Term.pairs_at_points`."""
+        return COUPLINGS
+
+    def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledTerm:
+        """As `Term.assembled`."""
+        return _Seepage(self._water, space)
+
+
+class _OfWater(AssembledTerm):
+    def __init__(self, water: WaterInStep, space: Space) -> None:
+        self._water, self._space = water, space
+
+    def _add(self, matrix: BlockMatrix, pair: Pair, at: WaterAt, matrices: Floats) -> None:
+        of_start = at.matrices_at_start(matrices)
+        block = matrix[pair].values
+        self._water.integrals.add_blocks(self._space.positions(pair), of_start, block)
+
+
+class _StoredWater(_OfWater):
+    role = Role.STORAGE
+    label = "stored pore water"
+
+    def evaluate(self, x: Unknowns) -> Unknowns:
+        water = self._water
+        at, integrals = water.evaluate(x), water.integrals
+        stress = -at.volume * at.pressure
+        force = integrals.scattered_gradient(at.at_start(stress[:, None, None] * np.eye(at.dim)))
+        if at.radius is not None:
+            force[:, :1] += integrals.scattered((stress / at.radius)[:, None])
+        taken = water.soil.points.initial_volume * (at.stored - water.before[:, STORED])
+        return Unknowns({DISPLACEMENT: force, PORE_PRESSURE: -integrals.scattered(taken[:, None])})
+
+    def assemble(self, x: Unknowns, matrix: BlockMatrix) -> None:
+        water, at = self._water, self._water.last
+        divergence, dim = at.divergence(), at.dim
+        unit = np.zeros(1 + dim)
+        unit[0] = 1.0
+        by_jacobian, by_pressure = water.water.stored_derivatives(at.jacobian, at.pressure)
+        stress = -at.volume * at.pressure
+        # -V p (D_a D_b^T - G_b G_a^T - N_a N_b / r^2)
+        geometric = np.einsum("nik,njl->nikjl", divergence, divergence)
+        for i in range(dim):
+            for j in range(dim):
+                geometric[:, i, 1 + j, j, 1 + i] -= 1.0
+        if at.radius is not None:
+            geometric[:, 0, 0, 0, 0] -= at.radius**-2.0
+        geometric *= stress[:, None, None, None, None]
+        self._add(matrix, (DISPLACEMENT, DISPLACEMENT), at, geometric)
+        coupling = np.einsum("n,nik,l->nikl", -at.volume, divergence, unit)[:, :, :, None]
+        self._add(matrix, (DISPLACEMENT, PORE_PRESSURE), at, coupling)
+        taken = np.einsum("n,k,njl->nkjl", -at.volume * by_jacobian, unit, divergence)[:, None]
+        self._add(matrix, (PORE_PRESSURE, DISPLACEMENT), at, taken)
+        if np.isfinite(water.water.bulk_modulus):
+            volume = water.soil.points.initial_volume
+            squeezed = np.einsum("n,k,l->nkl", -volume * by_pressure, unit, unit)
+            self._add(matrix, (PORE_PRESSURE, PORE_PRESSURE), at, squeezed[:, None, :, None])
+
+    def add_schur(self, x: Unknowns, schur: Mapping[str, Floats]) -> None:
+        """As `AssembledTerm.add_schur`: soil that is drained takes up V p / K_dr (fixed stress)."""
+        soil, at, dim = self._water.soil, self._water.last, self._water.last.dim
+        moduli = soil.elastic_moduli
+        directions = 2 if soil.kind == "plane_strain" else 3
+        drained = moduli.bulk - 2.0 * moduli.shear / 3.0 + 2.0 * moduli.shear / directions
+        mass = np.zeros((len(at.volume), 1, 1 + dim, 1, 1 + dim))
+        mass[:, 0, 0, 0, 0] = -at.volume / drained
+        pair = PORE_PRESSURE, PORE_PRESSURE
+        self._water.integrals.add_blocks(self._space.positions(pair), mass, schur[PORE_PRESSURE])
+
+    def commit(self, x: Unknowns, checked: None) -> None:
+        at, stored = self._water.last, self._water.before
+        stored[:, STORED], stored[:, PRESSURE] = at.stored, at.pressure
+
+
+class _Seepage(_OfWater):
+    role = Role.FLOW
+    label = "seepage"
+
+    def evaluate(self, x: Unknowns) -> Unknowns:
+        water = self._water
+        at = water.evaluate(x)
+        conductivity, _ = water.water.conductivities(at.jacobian)
+        flux = (water.size * at.volume * conductivity)[:, None] * at.gradient
+        flow = water.integrals.scattered_gradient(at.at_start(flux[:, None]))
+        return Unknowns({PORE_PRESSURE: -flow})
+
+    def assemble(self, x: Unknowns, matrix: BlockMatrix) -> None:
+        water, at, dim = self._water, self._water.last, self._water.last.dim
+        conductivity, change = water.water.conductivities(at.jacobian)
+        factor, w = -water.size * at.volume, at.gradient
+        # (kappa + J kappa_J) (G_a . w) D_b - kappa (G_b . w) G_a - kappa (G_a . G_b) w
+        by_motion = np.zeros((len(w), 1, 1 + dim, dim, 1 + dim))
+        by_motion[:, 0, 1:] = np.einsum("n,nk,njl->nkjl", conductivity + change, w, at.divergence())
+        for k in range(dim):
+            by_motion[:, 0, 1 + k, k, 1:] -= conductivity[:, None] * w
+            by_motion[:, 0, 1 + k, :, 1 + k] -= conductivity[:, None] * w
+        by_motion *= factor[:, None, None, None, None]
+        self._add(matrix, (PORE_PRESSURE, DISPLACEMENT), at, by_motion)
+        by_pressure = np.zeros((len(w), 1, 1 + dim, 1, 1 + dim))
+        for k in range(dim):
+            by_pressure[:, 0, 1 + k, 0, 1 + k] = factor * conductivity
+        self._add(matrix, (PORE_PRESSURE, PORE_PRESSURE), at, by_pressure)
+
+
+def softness_of(soil: Soil) -> Floats:
+    """Returns max(1/(2G), 3/M) of the points at the start of the step [1/stress], shape (n,)."""
+    moduli = soil.elastic_moduli
+    return np.maximum(0.5 / moduli.shear, 3.0 / moduli.constrained)
+
+
+class Projection(Term):
+    """Polynomial projection of the pressure's increment, so that it has no chequerboard.
+
+    In each cell tau v Cov(N_a, N_b) acts on the increment of the pressure in the step: the
+    covariance of the cell's functions over the whole cell, v the volume of soil in it (Dohrmann and
+    Bochev 2004; White and Borja 2008; Zhao and Choo 2020). It moves no water out of a cell.
+    tau = max(1/(2G), 3/M) - 12 kappa h / l^2, not negative, l the largest side of the cell: linear
+    elements need no less to be monotone in one direction, and nothing in longer steps.
+
+    Args:
+        water: of the step.
+    """
+
+    def __init__(self, water: WaterInStep) -> None:
+        soil, active = water.soil, water.soil.active
+        lattice = np.asarray(_core.lattice(active.cell_keys))
+        self._node = active.corners(lattice)
+        side = active.grid.sizes(cell_places(active, active.cell_keys)).max(axis=1)
+        flow = 12.0 * water.size * means_in_cells(soil, water.water.conductivity) / side**2
+        tau = np.maximum(means_in_cells(soil, softness_of(soil)) - flow, 0.0)
+        self._factor = tau * volumes_in_cells(soil)
+        self._coupled = Coupled(same_starts(self._node), self._node.ravel(), PORE_PRESSURE)
+
+    @property
+    def coupled(self) -> Sequence[Coupled]:
+        """As `Term.coupled`."""
+        return [self._coupled]
+
+    def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledTerm:
+        """As `Term.assembled`."""
+        (blocks,) = space.blocks_of(self._coupled)
+        line = np.array([[2.0, 1.0], [1.0, 2.0]]) / 6.0
+        mass: Floats = np.ones((1, 1))
+        while len(mass) < self._node.shape[1]:
+            mass = np.asarray(np.kron(mass, line), dtype=np.float64)
+        covariance = np.broadcast_to(mass - 1.0 / len(mass) ** 2, (len(self._factor), *mass.shape))
+        matrix = -self._factor[:, None, None] * covariance
+        before = space.fields[PORE_PRESSURE].first()
+        return _LinearInPressure("projection of the pore pressure", self._node, blocks, before,
+                                 of_change=matrix)  # fmt: skip
+
+
+class GhostPressure(Term):
+    """Ghost stabilisation of the pressure in partly filled cells at the edge of the soil.
+
+    On the faces that hold the displacement (`terms/ghost.py`), with the same share e of them,
+
+        0.25 e l int [dp/dn] [dq/dn] over the face, of h kappa p + tau0 l^2 / 12 (p - p_n),
+
+    l the size of the cells across the face, tau0 = max(1/(2G), 3/M) (Pretti et al. 2024 for the
+    idea). It vanishes for pressures that are linear across the face, and moves water between its
+    nodes only.
+
+    Args:
+        water: of the step.
+        faces: of the ghost stabilisation of the step.
+    """
+
+    def __init__(self, water: WaterInStep, faces: Sequence[Faces]) -> None:
+        soil = water.soil
+        volume = soil.points.volume
+        both = np.column_stack([volume, volume * softness_of(soil)])
+        self._faces = faces
+        self._volume, self._soft = soil.scatter(both).T
+        flow = soil.scatter((volume * water.water.conductivity)[:, None])[:, 0]
+        self._conductivity = np.where(
+            self._volume > 0.0, flow / np.maximum(self._volume, 1e-300), np.inf
+        )
+        self._size = water.size
+        self._coupled = [
+            Coupled(same_starts(each.node), each.node.ravel(), PORE_PRESSURE) for each in faces
+        ]
+
+    @property
+    def coupled(self) -> Sequence[Coupled]:
+        """As `Term.coupled`."""
+        return self._coupled
+
+    def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledTerm:
+        """As `Term.assembled`."""
+        before = space.fields[PORE_PRESSURE].first()
+        parts: list[_LinearInPressure] = []
+        for faces, coupled in zip(self._faces, self._coupled, strict=True):
+            (blocks,) = space.blocks_of(coupled)
+            unit = faces.unit if len(faces.unit) == 1 else faces.unit[faces.which]
+            volume = np.maximum(self._volume[faces.node].sum(axis=1), 1e-300)
+            softness = self._soft[faces.node].sum(axis=1) / volume
+            conductivity = self._conductivity[faces.node].min(axis=1)
+            stored = softness * faces.size[:, faces.axis] ** 2 / 12.0
+            share = -GHOST * faces.emptiness
+            parts.append(
+                _LinearInPressure(
+                    "ghost stabilisation of the pore pressure", faces.node, blocks, before,
+                    of_value=(share * self._size * conductivity)[:, None, None] * unit,
+                    of_change=(share * stored)[:, None, None] * unit,
+                )
+            )  # fmt: skip
+        return _Together(parts)
+
+
+class _LinearInPressure(AssembledTerm):
+    """Elements whose part of the water's balance is linear in their nodes' pressures.
+
+    Args:
+        label: as that of a term.
+        node: their nodes, shape (elements, k).
+        blocks: their places in the matrix.
+        before: nodal pressures at the start of the step, shape (nodes, 1).
+        of_change, of_value: matrices of the change of the pressure in the step and of itself,
+            shape (elements, k, k); 0 if not given.
+    """
+
+    role = Role.STABILISATION
+
+    def __init__(
+        self,
+        label: str,
+        node: Shorts,
+        blocks: ElementBlocks,
+        before: Floats,
+        of_change: Floats,
+        of_value: Floats | None = None,
+    ) -> None:
+        self.label = label
+        self._node, self._blocks, self._before = node, blocks, before
+        self._of_change = of_change
+        self._of_value = np.zeros_like(of_change) if of_value is None else of_value
+
+    def evaluate(self, x: Unknowns) -> Unknowns:
+        value = x[PORE_PRESSURE][self._node]
+        change = value - self._before[self._node]
+        part = np.zeros_like(self._before)
+        np.add.at(part, self._node, self._of_change @ change + self._of_value @ value)
+        return Unknowns({PORE_PRESSURE: part})
+
+    def assemble(self, x: Unknowns, matrix: BlockMatrix) -> None:
+        values = self._of_change + self._of_value
+        self._blocks.add(matrix, values.reshape(-1, 1, 1))
+
+
+class _Together(AssembledTerm):
+    """Several terms as one."""
+
+    role = Role.STABILISATION
+    label = "ghost stabilisation of the pore pressure"
+
+    def __init__(self, parts: Sequence[_LinearInPressure]) -> None:
+        self._parts = parts
+
+    def evaluate(self, x: Unknowns) -> Unknowns:
+        total = np.zeros_like(x[PORE_PRESSURE])
+        for each in self._parts:
+            total += each.evaluate(x)[PORE_PRESSURE]
+        return Unknowns({PORE_PRESSURE: total})
+
+    def assemble(self, x: Unknowns, matrix: BlockMatrix) -> None:
+        for each in self._parts:
+            each.assemble(x, matrix)

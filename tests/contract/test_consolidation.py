@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Consolidation by the terms of pore water against answers from outside."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from consolidating import Pores, advance, with_pores
+from scipy.optimize import brentq
+from small_problems import block_entries, plane, rollers
+
+from tilth import Model
+from tilth.arrays import Floats
+from tilth.mpm.pore_water import PRESSURE, Permeability
+
+NU = 0.2
+SHEAR = 1000.0 / (2.0 * (1.0 + NU))
+CONSTRAINED = 2.0 * SHEAR * (1.0 - NU) / (1.0 - 2.0 * NU)
+
+
+class Mandel:
+    """A slab of half width 1 between rigid plates, drained at its sides (Mandel 1953).
+
+    Incompressible water, as in Cheng and Detournay (1988); T is time times kappa M. Forces are over
+    the mean stress under the plate, pressures over half of it.
+    """
+
+    def __init__(self) -> None:
+        slope = (1.0 - NU) / (0.5 - NU)
+        low = np.pi * np.arange(200) + 1e-6
+        self.roots = np.array(
+            [brentq(lambda a: np.tan(a) - slope * a, x, x + 0.5 * np.pi - 2e-6) for x in low]
+        )
+        sine, cosine = np.sin(self.roots), np.cos(self.roots)
+        self._share = sine / (self.roots - sine * cosine)
+
+    def strain(self, time: float) -> float:
+        """Vertical strain times G over the stress, compression positive."""
+        terms = self._share * np.cos(self.roots) * np.exp(-(self.roots**2) * time)
+        return float(0.5 * (1.0 - NU) - 0.5 * terms.sum()) if time > 0.0 else 0.0
+
+    def pressure(self, x: float, time: float) -> float:
+        """At a distance from the middle."""
+        shape = np.cos(self.roots * x) - np.cos(self.roots)
+        return float(2.0 * (self._share * shape * np.exp(-(self.roots**2) * time)).sum())
+
+
+def test_the_series_is_that_of_another_computation() -> None:
+    """Finite volumes gave these for T = 0.1."""
+    mandel = Mandel()
+    assert mandel.strain(0.1) == pytest.approx(0.28731, abs=1e-5)
+    assert mandel.pressure(0.0, 0.1) == pytest.approx(1.09541, abs=1e-5)
+    assert mandel.pressure(0.5, 0.1) == pytest.approx(0.86090, abs=1e-5)
+
+
+@pytest.mark.parametrize(("basis", "bound"), [("linear", 0.004), ("gimp", 0.008)])
+def test_pressure_rises_before_it_falls_as_by_mandel(basis: str, bound: float) -> None:
+    """A quarter of the slab, eight cells wide; the plate moves as in the solution.
+
+    The greatest pressure, and the force on the plate, which stays.
+    """
+    mandel, width, stress = Mandel(), 8.0, 1e-4 * SHEAR
+    unit = width**2 / CONSTRAINED
+    times = [0.0, *np.geomspace(1e-3, 0.1, 30)]
+    motion = [[unit * time, mandel.strain(time)] for time in times]
+    entries = block_entries("plane_strain", basis)
+    entries["materials"]["soil"] |= {"young_modulus": 1000.0, "poisson_ratio": NU}
+    entries["bodies"][0]["shape"]["upper"] = [width, 2.0]
+    plate = plane("plate", "y", 2.0, condition="prescribed", factor=motion)
+    plate["displacement"] = {"y": -2.0 * stress / SHEAR}
+    entries["boundaries"] = [plane("middle", "x", 0.0), plane("low", "y", 0.0), plate]
+    entries["schedule"] = {"steps": 1, "end": 1e9}
+    pores = Pores(drained=lambda x: x[:, 0] > width - 1e-9)
+    simulation = with_pores(Model.from_dict(entries), pores)
+    found, force = [], []
+    for before, after in pairwise(times):
+        result = advance(simulation, pores, unit * before, unit * after)
+        middle = np.abs(result.active.position - [0.0, 1.0]).max(axis=1).argmin()
+        found.append(float(pores.value[middle, 0]) / (0.5 * stress))
+        force.append(-float(result.resultant("plate")[1]) / (stress * width))
+    expected = [mandel.pressure(0.0, time) for time in times[1:]]
+    assert max(expected) > 1.1
+    assert max(found) == pytest.approx(max(expected), rel=bound)
+    np.testing.assert_allclose(found[10:], expected[10:], rtol=2.0 * bound)
+    np.testing.assert_allclose(force[10:], 1.0, rtol=0.012)
+
+
+LARGE_STRAIN = {
+    (0.1, Permeability.CONSTANT): {0.2: (0.07317, 0.04932), 0.5: (0.02844, 0.07310)},
+    (0.5, Permeability.CONSTANT): {0.1: (0.43960, 0.16429), 0.2: (0.25553, 0.22932)},
+    (0.5, Permeability.KOZENY_CARMAN): {0.2: (0.43341, 0.13970), 0.5: (0.27688, 0.21296)},
+}
+"""(load, permeability) -> time -> pressure at the base and settlement, with modulus, height and
+conductivity 1, n0 = 0.6; by finite volumes in material coordinates, 200 cells and 1,600 steps."""
+
+
+@pytest.mark.parametrize("case", LARGE_STRAIN, ids=lambda case: f"{case[0]} {case[1].value}")
+def test_a_column_that_settles_by_up_to_a_quarter(case: tuple[float, Permeability]) -> None:
+    """Within 1 % of the load and of the final settlement; 16 cells.
+
+    Drained at its base, which is on a line of the grid; the pressure is that at the loaded top.
+    """
+    load, permeability = case
+    height = 16
+    entries: dict[str, Any] = block_entries("plane_strain", "gimp")
+    entries["materials"]["soil"] |= {"young_modulus": 1.0, "poisson_ratio": 0.0}
+    entries["bodies"][0] |= {"surface": {}, "anti_locking": "none"}
+    entries["bodies"][0]["shape"]["upper"] = [1.0, float(height)]
+    entries["boundaries"] = rollers("plane_strain", 1.0)
+    entries["loads"] = [
+        {"type": "surface", "body": "block", "pressure": load, "factor": [[0, 1], [1e9, 1]],
+         "start": [1.0, height], "end": [0.0, height]}
+    ]  # fmt: skip
+    entries["analysis"]["tolerance"] = 1e-8
+    entries["schedule"] = {"steps": 1, "end": 1e9}
+    pores = Pores(0.6, 1.0, permeability, drained=lambda x: x[:, 1] < 1e-9)
+    simulation = with_pores(Model.from_dict(entries), pores)
+    unit, final = float(height**2), 1.0 - float(brentq(lambda s: np.log(s) / s + load, 0.2, 1.0))
+    begun = 0.0
+    for time, (pressure, settlement) in LARGE_STRAIN[case].items():
+        shares = np.linspace(0.0, 1.0, 61) ** (2.0 if begun == 0.0 else 1.0)
+        for before, after in pairwise(unit * (begun + (time - begun) * shares)):
+            advance(simulation, pores, before, after)
+        points, begun = simulation.state.points, time
+        highest = points.water[points.position[:, 1].argmax(), PRESSURE]
+        assert highest == pytest.approx(pressure, abs=0.01 * load)
+        assert 1.0 - top_of(simulation) / height == pytest.approx(settlement, abs=0.01 * final)
+
+
+def top_of(simulation: Any) -> float:
+    points = simulation.state.points
+    ends: Floats = points.position[:, 1] + points.half_length[:, 1]
+    return float(ends.max())
