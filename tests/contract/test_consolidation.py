@@ -13,8 +13,11 @@ from scipy.optimize import brentq
 from small_problems import block_entries, plane, rollers
 
 from tilth import Model
+from tilth.analysis.setup import InStep, Maker
 from tilth.arrays import Floats
 from tilth.mpm.pore_water import PRESSURE, Permeability
+from tilth.mpm.quadrature import locate_in_cells
+from tilth.terms.pore_water import GivenPressure
 
 NU = 0.2
 SHEAR = 1000.0 / (2.0 * (1.0 + NU))
@@ -86,6 +89,89 @@ def test_pressure_rises_before_it_falls_as_by_mandel(basis: str, bound: float) -
     assert max(found) == pytest.approx(max(expected), rel=bound)
     np.testing.assert_allclose(found[10:], expected[10:], rtol=2.0 * bound)
     np.testing.assert_allclose(force[10:], 1.0, rtol=0.012)
+
+
+CENTRES = {
+    "plane_strain": {0.05: 1.18226, 0.1: 1.10732, 0.2: 0.77614},
+    "axisymmetric": {0.05: 1.36372, 0.1: 1.19410, 0.2: 0.68173},
+}
+"""Kind -> T -> pressure at the axis of a cylinder (de Leeuw 1964), or the centre of a sphere (Cryer
+1963), over the load on the drained rim, for Poisson's ratio 0.2. By eigenvalues and by inversion of
+the Laplace transform, 7 digits."""
+
+
+class Rim(Pores):
+    """Pores of a disc or sphere without pressure at its rim, of this radius."""
+
+    radius = 8.3
+
+    def terms(self) -> Maker:
+        """With a given pressure on the rim, which cuts the cells anywhere."""
+        others = super().terms()
+
+        def make(of: InStep) -> Any:
+            found = list(others(of))
+            count = 400
+            angle = 0.5 * np.pi * (np.arange(count) + 0.5) / count
+            normal = np.column_stack([np.cos(angle), np.sin(angle)])
+            order, at = locate_in_cells(of.step.active, self.radius * normal)
+            weight = np.full(count, 0.5 * np.pi / count * self.radius)
+            if of.soil.kind == "axisymmetric":
+                weight *= 2.0 * np.pi * self.radius * normal[:, 0]
+            water = found[0]._water
+            rim = GivenPressure(water, at, normal[order], weight[order], np.zeros(count))
+            return [*found, rim]
+
+        return make
+
+
+def at_centre(kind: str, basis: str, pores: Pores, radius: float) -> dict[float, float]:
+    """Pressure at the centre of a quarter, in cells of size 1, over the load on the rim."""
+    entries = block_entries(kind, basis)
+    entries["materials"]["soil"] |= {"young_modulus": 1000.0, "poisson_ratio": NU}
+    angle = np.linspace(0.0, 0.5 * np.pi, 91)
+    rim = radius * np.column_stack([np.cos(angle), np.sin(angle)])
+    rim[0, 1] = rim[-1, 0] = 0.0
+    shape = {"type": "polygon", "vertices": [[0.0, 0.0], *rim.tolist()]}
+    entries["bodies"][0] |= {"shape": shape, "surface": {}}
+    axis = [plane("low x", "x", 0.0)] if kind == "plane_strain" else []
+    entries["boundaries"] = [*axis, plane("low y", "y", 0.0)]
+    stress = 1e-4 * SHEAR
+    entries["loads"] = [
+        {"type": "surface", "body": "block", "pressure": stress, "factor": [[0, 1], [1e9, 1]],
+         "start": [radius, 0.0], "end": [0.0, radius]}
+    ]  # fmt: skip
+    entries["schedule"] = {"steps": 1, "end": 1e9}
+    simulation = with_pores(Model.from_dict(entries), pores)
+    found, unit = {}, radius**2 / CONSTRAINED
+    times = [0.0, 1e-4, *np.geomspace(1e-3, 0.01, 8), *np.linspace(0.01, 0.2, 39)[1:]]
+    for before, after in pairwise(times):
+        result = advance(simulation, pores, unit * before, unit * after)
+        centre = np.abs(result.active.position).max(axis=1).argmin()
+        found[round(after, 9)] = float(pores.value[centre, 0]) / stress
+    return found
+
+
+@pytest.mark.parametrize("basis", ["linear", "gimp"])
+@pytest.mark.parametrize("radius", [7.9, 8.3])
+@pytest.mark.parametrize(("kind", "bound"), [("plane_strain", 0.012), ("axisymmetric", 0.02)])
+def test_a_drained_rim_that_cuts_cells_anywhere(
+    kind: str, bound: float, radius: float, basis: str
+) -> None:
+    """About eight cells to the centre; errors over the load."""
+    pores = Rim()
+    pores.radius = radius
+    found = at_centre(kind, basis, pores, radius)
+    for time, expected in CENTRES[kind].items():
+        assert found[time] == pytest.approx(expected, abs=bound)
+
+
+def test_no_pressure_at_the_nodes_outside_drains_too_late() -> None:
+    """The usual practice, for comparison: the rim is then up to a cell too far away."""
+    pores = Pores(drained=lambda x: np.hypot(*x.T) > 8.3)
+    found = at_centre("plane_strain", "gimp", pores, 8.3)
+    assert found[0.05] < CENTRES["plane_strain"][0.05] - 0.05
+    assert found[0.2] > CENTRES["plane_strain"][0.2] + 0.1
 
 
 LARGE_STRAIN = {

@@ -25,6 +25,7 @@ from tilth.arrays import Floats, Shorts
 from tilth.mpm.pattern import Elements, same_starts
 from tilth.mpm.point_integrals import PointIntegrals
 from tilth.mpm.pore_water import PRESSURE, STORED, PoreWater, WaterAt
+from tilth.mpm.quadrature import PointsInCells
 from tilth.mpm.soil import Soil
 from tilth.terms.filled_cells import cell_places, means_in_cells, volumes_in_cells
 from tilth.terms.ghost import Faces
@@ -39,6 +40,9 @@ WATER = "water"
 
 GHOST = 0.25
 """Factor of the ghost stabilisation of the pressure [-]."""
+
+NITSCHE = 20.0
+"""Factor of the penalty on a given pressure [-]."""
 
 COUPLINGS: Sequence[Pair] = ((DISPLACEMENT, PORE_PRESSURE), (PORE_PRESSURE, PORE_PRESSURE))
 
@@ -391,3 +395,74 @@ class _Together(AssembledTerm):
     def assemble(self, x: Unknowns, matrix: BlockMatrix) -> None:
         for each in self._parts:
             each.assemble(x, matrix)
+
+
+class GivenPressure(Term):
+    """A pressure on a surface anywhere in the grid, by Nitsche's method (Nitsche 1971).
+
+    With the outward normal n, the mean conductivity kappa of the soil at the surface, its cells of
+    size l and beta = `NITSCHE`, the balance of water has
+
+        h int [-q kappa dp/dn - kappa dq/dn (p - p0) + beta kappa / l q (p - p0)] da,
+
+    what flows out, the same for the test function, and a penalty. The cells that the surface cuts
+    need `GhostPressure`. The geometry is that of the start of the step.
+
+    Args:
+        water: of the step.
+        at: n quadrature points of the surface in cells of the soil.
+        normal: outward from the soil, shape (n, dim).
+        weight: area of each point's part of the surface, shape (n,).
+        pressure: p0 at the end of the step [stress], shape (n,).
+    """
+
+    def __init__(
+        self,
+        water: WaterInStep,
+        at: PointsInCells,
+        normal: Floats,
+        weight: Floats,
+        pressure: Floats,
+    ) -> None:
+        soil = water.soil
+        volume = soil.points.volume
+        flow, whole = soil.scatter(np.column_stack([volume * water.water.conductivity, volume])).T
+        self._node = at.node[at.cell]
+        around = flow[self._node].sum(axis=1) / whole[self._node].sum(axis=1)
+        self._factor = water.size * around * weight
+        self._value, self._pressure = at.value, pressure
+        self._slope = np.einsum("nai,ni->na", at.gradient, normal)
+        self._penalty = NITSCHE / at.size[at.cell].max(axis=1)
+        self._coupled = Coupled(same_starts(self._node), self._node.ravel(), PORE_PRESSURE)
+
+    @property
+    def coupled(self) -> Sequence[Coupled]:
+        """As `Term.coupled`."""
+        return [self._coupled]
+
+    def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledTerm:
+        """As `Term.assembled`."""
+        (blocks,) = space.blocks_of(self._coupled)
+        value, slope = self._value, self._slope
+        own = slope - self._penalty[:, None] * value
+        matrix = np.einsum("na,nb->nab", value, slope) + np.einsum("na,nb->nab", own, value)
+        matrix *= self._factor[:, None, None]
+        given = -(self._factor * self._pressure)[:, None] * own
+        return _GivenPressure(self._node, blocks, matrix, given)
+
+
+class _GivenPressure(AssembledTerm):
+    role = Role.FLOW
+    label = "flow through a surface with a given pressure"
+
+    def __init__(self, node: Shorts, blocks: ElementBlocks, matrix: Floats, given: Floats) -> None:
+        self._node, self._blocks, self._matrix, self._given = node, blocks, matrix, given
+
+    def evaluate(self, x: Unknowns) -> Unknowns:
+        part = np.zeros_like(x[PORE_PRESSURE])
+        own = self._matrix @ x[PORE_PRESSURE][self._node] + self._given[:, :, None]
+        np.add.at(part, self._node, own)
+        return Unknowns({PORE_PRESSURE: part})
+
+    def assemble(self, x: Unknowns, matrix: BlockMatrix) -> None:
+        self._blocks.add(matrix, self._matrix.reshape(-1, 1, 1))
