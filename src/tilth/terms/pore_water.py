@@ -14,6 +14,7 @@ Theory: docs/theory/consolidation.md.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -93,6 +94,10 @@ class WaterInStep:
         )
         return self.at
 
+    def nodal_sums(self, value: Floats) -> Floats:
+        """Returns sum_p S_ap V_p value_p at the start of the step, (n,) -> (nodes,)."""
+        return self.soil.scatter((self.soil.points.volume * value)[:, None])[:, 0]
+
     @property
     def last(self) -> WaterAt:
         """The last evaluation."""
@@ -100,11 +105,11 @@ class WaterInStep:
         return self.at
 
 
-class StoredWater(Term):
-    """Water that the pores take up, and its pressure on the soil.
+class _AtPoints(Term):
+    """A term of the water at the points.
 
     Args:
-        water: of the step, shared with `Seepage`.
+        water: of the step, which these terms share.
     """
 
     def __init__(self, water: WaterInStep) -> None:
@@ -115,21 +120,17 @@ class StoredWater(Term):
         """As `Term.pairs_at_points`."""
         return COUPLINGS
 
+
+class StoredWater(_AtPoints):
+    """Water that the pores take up, and its pressure on the soil."""
+
     def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledTerm:
         """As `Term.assembled`."""
         return _StoredWater(self._water, space)
 
 
-class Seepage(Term):
+class Seepage(_AtPoints):
     """Water that flows through the soil."""
-
-    def __init__(self, water: WaterInStep) -> None:
-        self._water = water
-
-    @property
-    def pairs_at_points(self) -> Sequence[Pair]:
-        """As `Term.pairs_at_points`."""
-        return COUPLINGS
 
     def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledTerm:
         """As `Term.assembled`."""
@@ -275,8 +276,9 @@ class Projection(Term):
         covariance = np.broadcast_to(mass - 1.0 / len(mass) ** 2, (len(self._factor), *mass.shape))
         matrix = -self._factor[:, None, None] * covariance
         before = space.fields[PORE_PRESSURE].first()
-        return _LinearInPressure("projection of the pore pressure", self._node, blocks, before,
-                                 of_change=matrix)  # fmt: skip
+        part = _Part(self._node, blocks, of_change=matrix)
+        label = "projection of the pore pressure"
+        return _LinearInPressure(Role.STABILISATION, label, [part], before)
 
 
 class GhostPressure(Term):
@@ -297,11 +299,9 @@ class GhostPressure(Term):
 
     def __init__(self, water: WaterInStep, faces: Sequence[Faces]) -> None:
         soil = water.soil
-        volume = soil.points.volume
-        both = np.column_stack([volume, volume * softness_of(soil)])
         self._faces = faces
-        self._volume, self._soft = soil.scatter(both).T
-        flow = soil.scatter((volume * water.water.conductivity)[:, None])[:, 0]
+        self._volume, self._soft = soil.nodal_volume, water.nodal_sums(softness_of(soil))
+        flow = water.nodal_sums(water.water.conductivity)
         self._conductivity = np.where(
             self._volume > 0.0, flow / np.maximum(self._volume, 1e-300), np.inf
         )
@@ -318,7 +318,7 @@ class GhostPressure(Term):
     def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledTerm:
         """As `Term.assembled`."""
         before = space.fields[PORE_PRESSURE].first()
-        parts: list[_LinearInPressure] = []
+        parts = []
         for faces, coupled in zip(self._faces, self._coupled, strict=True):
             (blocks,) = space.blocks_of(coupled)
             unit = faces.unit if len(faces.unit) == 1 else faces.unit[faces.which]
@@ -328,73 +328,65 @@ class GhostPressure(Term):
             stored = softness * faces.size[:, faces.axis] ** 2 / 12.0
             share = -GHOST * faces.emptiness
             parts.append(
-                _LinearInPressure(
-                    "ghost stabilisation of the pore pressure", faces.node, blocks, before,
+                _Part(
+                    faces.node, blocks,
                     of_value=(share * self._size * conductivity)[:, None, None] * unit,
                     of_change=(share * stored)[:, None, None] * unit,
                 )
             )  # fmt: skip
-        return _Together(parts)
+        label = "ghost stabilisation of the pore pressure"
+        return _LinearInPressure(Role.STABILISATION, label, parts, before)
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """Elements whose part of the water's balance is linear in their nodes' pressures.
+
+    Attributes:
+        node: their nodes, shape (elements, k).
+        blocks: their places in the matrix.
+        of_value, of_change: matrices of the pressure and of its change in the step, shape
+            (elements, k, k); 0 if a number.
+        constant: without pressure, shape (elements, k, 1); 0 if a number.
+    """
+
+    node: Shorts
+    blocks: ElementBlocks
+    of_value: Floats | float = 0.0
+    of_change: Floats | float = 0.0
+    constant: Floats | float = 0.0
 
 
 class _LinearInPressure(AssembledTerm):
-    """Elements whose part of the water's balance is linear in their nodes' pressures.
+    """The sum of such elements.
 
     Args:
-        label: as that of a term.
-        node: their nodes, shape (elements, k).
-        blocks: their places in the matrix.
+        role, label: as those of a term.
+        parts: the elements.
         before: nodal pressures at the start of the step, shape (nodes, 1).
-        of_change, of_value: matrices of the change of the pressure in the step and of itself,
-            shape (elements, k, k); 0 if not given.
     """
 
-    role = Role.STABILISATION
-
-    def __init__(
-        self,
-        label: str,
-        node: Shorts,
-        blocks: ElementBlocks,
-        before: Floats,
-        of_change: Floats,
-        of_value: Floats | None = None,
-    ) -> None:
-        self.label = label
-        self._node, self._blocks, self._before = node, blocks, before
-        self._of_change = of_change
-        self._of_value = np.zeros_like(of_change) if of_value is None else of_value
+    def __init__(self, role: Role, label: str, parts: Sequence[_Part], before: Floats) -> None:
+        self.role, self.label = role, label
+        self._parts, self._before = parts, before
 
     def evaluate(self, x: Unknowns) -> Unknowns:
-        value = x[PORE_PRESSURE][self._node]
-        change = value - self._before[self._node]
-        part = np.zeros_like(self._before)
-        np.add.at(part, self._node, self._of_change @ change + self._of_value @ value)
-        return Unknowns({PORE_PRESSURE: part})
-
-    def assemble(self, x: Unknowns, matrix: BlockMatrix) -> None:
-        values = self._of_change + self._of_value
-        self._blocks.add(matrix, values.reshape(-1, 1, 1))
-
-
-class _Together(AssembledTerm):
-    """Several terms as one."""
-
-    role = Role.STABILISATION
-    label = "ghost stabilisation of the pore pressure"
-
-    def __init__(self, parts: Sequence[_LinearInPressure]) -> None:
-        self._parts = parts
-
-    def evaluate(self, x: Unknowns) -> Unknowns:
-        total = np.zeros_like(x[PORE_PRESSURE])
+        total = np.zeros_like(self._before)
         for each in self._parts:
-            total += each.evaluate(x)[PORE_PRESSURE]
+            value = x[PORE_PRESSURE][each.node]
+            change = value - self._before[each.node]
+            own = _product(each.of_change, change) + _product(each.of_value, value)
+            np.add.at(total, each.node, own + each.constant)
         return Unknowns({PORE_PRESSURE: total})
 
     def assemble(self, x: Unknowns, matrix: BlockMatrix) -> None:
         for each in self._parts:
-            each.assemble(x, matrix)
+            values = np.asarray(each.of_change + each.of_value)
+            each.blocks.add(matrix, values.reshape(-1, 1, 1))
+
+
+def _product(matrix: Floats | float, vector: Floats) -> Floats | float:
+    return matrix if isinstance(matrix, float) else matrix @ vector
 
 
 class GivenPressure(Term):
@@ -424,9 +416,7 @@ class GivenPressure(Term):
         weight: Floats,
         pressure: Floats,
     ) -> None:
-        soil = water.soil
-        volume = soil.points.volume
-        flow, whole = soil.scatter(np.column_stack([volume * water.water.conductivity, volume])).T
+        flow, whole = water.nodal_sums(water.water.conductivity), water.soil.nodal_volume
         self._node = at.node[at.cell]
         around = flow[self._node].sum(axis=1) / whole[self._node].sum(axis=1)
         self._factor = water.size * around * weight
@@ -448,21 +438,7 @@ class GivenPressure(Term):
         matrix = np.einsum("na,nb->nab", value, slope) + np.einsum("na,nb->nab", own, value)
         matrix *= self._factor[:, None, None]
         given = -(self._factor * self._pressure)[:, None] * own
-        return _GivenPressure(self._node, blocks, matrix, given)
-
-
-class _GivenPressure(AssembledTerm):
-    role = Role.FLOW
-    label = "flow through a surface with a given pressure"
-
-    def __init__(self, node: Shorts, blocks: ElementBlocks, matrix: Floats, given: Floats) -> None:
-        self._node, self._blocks, self._matrix, self._given = node, blocks, matrix, given
-
-    def evaluate(self, x: Unknowns) -> Unknowns:
-        part = np.zeros_like(x[PORE_PRESSURE])
-        own = self._matrix @ x[PORE_PRESSURE][self._node] + self._given[:, :, None]
-        np.add.at(part, self._node, own)
-        return Unknowns({PORE_PRESSURE: part})
-
-    def assemble(self, x: Unknowns, matrix: BlockMatrix) -> None:
-        self._blocks.add(matrix, self._matrix.reshape(-1, 1, 1))
+        part = _Part(self._node, blocks, of_value=matrix, constant=given[:, :, None])
+        before = space.fields[PORE_PRESSURE].first()
+        label = "flow through a surface with a given pressure"
+        return _LinearInPressure(Role.FLOW, label, [part], before)
