@@ -129,6 +129,7 @@ class Space:
         self.fields = {each.name: each for each in fields}
         self._others = [each for each in coupled if not each.of_displacement]
         self._at_points = [pair for pair in at_points if pair != OF_DISPLACEMENT]
+        self._key_of: dict[int, Integers] = {}  # by the pattern, which `patterns` keeps alive
 
     def _on_grid(self, name: str) -> bool:
         return isinstance(self.fields[name].nodes, ActiveGrid)
@@ -202,12 +203,20 @@ class Space:
         found = []
         both = (coupled,) if coupled.other is None else (coupled, coupled.reversed())
         for each in both:
-            pattern, (row, column) = self.patterns[each.pair], entries_of(each)
+            row, column = entries_of(each)
             columns = self.fields[each.pair[1]].nodes.count
-            rows = np.repeat(np.arange(len(pattern.row_start) - 1), np.diff(pattern.row_start))
-            position = np.searchsorted(rows * columns + pattern.column, row * columns + column)
+            position = np.searchsorted(self._keys(each.pair), row * columns + column)
             found.append(ElementBlocks(each.pair, position))
         return found
+
+    def _keys(self, pair: Pair) -> Integers:
+        """Returns row times the number of columns plus column of each entry of a pattern."""
+        pattern = self.patterns[pair]
+        if id(pattern) not in self._key_of:
+            rows = np.repeat(np.arange(len(pattern.row_start) - 1), np.diff(pattern.row_start))
+            columns = self.fields[pair[1]].nodes.count
+            self._key_of[id(pattern)] = rows * columns + pattern.column
+        return self._key_of[id(pattern)]
 
 
 def _joined(one: Coupled, other: Coupled) -> tuple[Integers, Shorts]:
