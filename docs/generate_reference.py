@@ -66,6 +66,7 @@ TYPE_DESCRIPTIONS = {
     "Real | Table": "number, or rows (time, value)",
     "Table": "rows (time, factor)",
     "Times": "list of increasing numbers > 0",
+    "VaryingShare": "number in (0, 1), or [varying](#parameters-that-vary)",
     "VaryingReal": "number, or [varying](#parameters-that-vary)",
     "VaryingModulus": "number > 0, or [varying](#parameters-that-vary)",
     "VaryingPositive": "number > 0, or [varying](#parameters-that-vary)",
@@ -124,6 +125,7 @@ TYPE_DESCRIPTIONS = {
     "Factors": "table name = rows (time, factor)",
     "ExchangedMaterials": "table old = new",
     "Water": "table, see [water](#water)",
+    "FlowBoundaryList": "list of tables, see below",
     "StageGrid": "table, see below",
     "Resets": 'list of `"displacement"`, `"plastic_strain"`',
 }
@@ -312,6 +314,13 @@ def page() -> str:
         "examples.",
         _section("`[[contact_pairs]]`", model.ContactPair),
         _section("`[water]`", model.Water),
+        _section("`[flow]`", model.Flow),
+        "### `[[flow.boundaries]]`\n\nWhere the excess pore pressure or the flux is given; nothing "
+        "else lets water through.",
+        *_variants(
+            "type", model.PlaneFlowBoundary, model.ImplicitFlowBoundary, model.SurfaceFlowBoundary,
+            level=4,
+        ),
         _section("`[initial]`", model.Initial),
         "### `[[initial.stress]]`\n\nThe stress of bodies at time 0, an entry for each; bodies "
         "without an entry start without stress. The stress is the effective one and must not lie "

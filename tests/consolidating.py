@@ -56,8 +56,8 @@ class Pores:
         """Pores and water of points."""
         n = len(points)
         return PoreWater(
-            np.full(n, self.porosity), np.full(n, self.conductivity), self.permeability,
-            self.bulk_modulus,
+            np.full(n, self.porosity), np.full(n, self.conductivity),
+            [(slice(None), self.permeability)], self.bulk_modulus,
         )  # fmt: skip
 
     def in_step(self, of: InStep) -> Field:
@@ -85,7 +85,10 @@ class Pores:
         """A maker of the terms of water."""
 
         def make(of: InStep) -> Any:
-            water = WaterInStep(of.soil, self.of(of.soil.points), of.step.size)
+            def keep(pressure: Floats) -> None:
+                self.key, self.value = of.step.active.key.copy(), pressure.copy()
+
+            water = WaterInStep(of.soil, self.of(of.soil.points), of.step.size, keep)
             terms: list[Term] = [StoredWater(water), Seepage(water)]
             if self.stabilised:
                 terms += [Projection(water), GhostPressure(water, of.state.ghost.faces)]
@@ -100,13 +103,6 @@ def with_pores(model: Model, pores: Pores) -> Simulation:
     points = simulation.state.points
     water = pores.of(points)
     jacobian, pressure = np.linalg.det(points.deformation_gradient), np.zeros(len(points))
-    points.water = np.column_stack([water.stored(jacobian, pressure), pressure])
+    stored = water.stored(jacobian, pressure)
+    points.water = np.column_stack([stored, pressure, water.porosity, water.conductivity])
     return simulation
-
-
-def advance(simulation: Simulation, pores: Pores, before: float, after: float) -> Any:
-    """Takes a step; the nodes keep their pressures."""
-    result = simulation.advance(before, after)
-    pores.key = result.active.key.copy()
-    pores.value = result.equilibrium.x[PORE_PRESSURE].copy()
-    return result

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from consolidating import Pores, advance, with_pores
+from consolidating import Pores, with_pores
 from scipy.optimize import brentq
 from small_problems import block_entries, plane, rollers
 
@@ -80,7 +80,7 @@ def test_pressure_rises_before_it_falls_as_by_mandel(basis: str, bound: float) -
     simulation = with_pores(Model.from_dict(entries), pores)
     found, force = [], []
     for before, after in pairwise(times):
-        result = advance(simulation, pores, unit * before, unit * after)
+        result = simulation.advance(unit * before, unit * after)
         middle = np.abs(result.active.position - [0.0, 1.0]).max(axis=1).argmin()
         found.append(float(pores.value[middle, 0]) / (0.5 * stress))
         force.append(-float(result.resultant("plate")[1]) / (stress * width))
@@ -146,7 +146,7 @@ def at_centre(kind: str, basis: str, pores: Pores, radius: float) -> dict[float,
     found, unit = {}, radius**2 / CONSTRAINED
     times = [0.0, 1e-4, *np.geomspace(1e-3, 0.01, 8), *np.linspace(0.01, 0.2, 39)[1:]]
     for before, after in pairwise(times):
-        result = advance(simulation, pores, unit * before, unit * after)
+        result = simulation.advance(unit * before, unit * after)
         centre = np.abs(result.active.position).max(axis=1).argmin()
         found[round(after, 9)] = float(pores.value[centre, 0]) / stress
     return found
@@ -209,7 +209,7 @@ def test_a_column_that_settles_by_up_to_a_quarter(case: tuple[float, Permeabilit
     for time, (pressure, settlement) in LARGE_STRAIN[case].items():
         shares = np.linspace(0.0, 1.0, 61) ** (2.0 if begun == 0.0 else 1.0)
         for before, after in pairwise(unit * (begun + (time - begun) * shares)):
-            advance(simulation, pores, before, after)
+            simulation.advance(before, after)
         points, begun = simulation.state.points, time
         highest = points.water[points.position[:, 1].argmax(), PRESSURE]
         assert highest == pytest.approx(pressure, abs=0.01 * load)

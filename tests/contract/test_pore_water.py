@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from consolidating import Pores, advance, with_pores
+from consolidating import Pores, with_pores
 from small_problems import (
     BASES,
     CORNER_BASES,
@@ -87,7 +87,7 @@ def test_the_coupling_is_symmetric_without_time() -> None:
 @pytest.mark.parametrize("change", list(Permeability))
 def test_derivatives_of_the_water(change: Permeability) -> None:
     random = np.random.default_rng(2)
-    water = PoreWater(np.full(9, 0.4), 1.0 + random.random(9), change, 50.0)
+    water = PoreWater(np.full(9, 0.4), 1.0 + random.random(9), [(slice(None), change)], 50.0)
     jacobian, pressure, step = 0.8 + 0.4 * random.random(9), random.normal(size=9), 1e-6
     by_jacobian, by_pressure = water.stored_derivatives(jacobian, pressure)
     ahead, behind = (water.stored(jacobian + s, pressure) for s in (step, -step))
@@ -142,7 +142,7 @@ def test_a_column_consolidates_as_by_terzaghi(basis: str) -> None:
     unit = CELLS**2 / CONSTRAINED
     times = [0.0, *(unit * np.array([1e-4, *np.linspace(0.01, 0.5, 50)]))]
     for number, (before, after) in enumerate(pairwise(times)):
-        result = advance(simulation, pores, before, after)
+        result = simulation.advance(before, after)
         if number == 0:
             low = result.active.position[:, 1] < CELLS - 2.5
             over_load = pores.value[low & (result.active.position[:, 1] > -1e-9), 0] / load
@@ -166,7 +166,7 @@ def test_water_is_neither_made_nor_lost(kind: str, solver: str) -> None:
     points = simulation.state.points
     before = float((points.initial_volume * points.water[:, STORED]).sum())
     for step in range(4):
-        advance(simulation, pores, step / 4, (step + 1) / 4)
+        simulation.advance(step / 4, (step + 1) / 4)
     points = simulation.state.points
     after = float((points.initial_volume * points.water[:, STORED]).sum())
     volume = float(points.initial_volume.sum())
@@ -184,7 +184,7 @@ def test_without_drainage_the_volume_stays() -> None:
     entries["analysis"]["tolerance"] = 1e-10
     pores = Pores(conductivity=0.0)
     simulation = with_pores(Model.from_dict(entries), pores)
-    advance(simulation, pores, 0.0, 1.0)
+    simulation.advance(0.0, 1.0)
     points = simulation.state.points
     assert points.volume.sum() == pytest.approx(points.initial_volume.sum(), rel=1e-9)
     assert np.abs(points.displacement).max() > 1e-2

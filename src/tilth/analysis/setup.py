@@ -63,7 +63,10 @@ class Setup:
         terms: Sequence[Maker],
         fields: Sequence[FieldOwner] = (),
     ) -> Setup:
-        """Returns that of a model; state: with which it begins."""
+        """Returns that of a model.
+
+        state: with which it begins. fields: further ones than those that the state has.
+        """
         young = float(state.points.elastic_moduli().young.max())
         round_off = ROUND_OFF * young * largest_face(state.grid)
         touching = bool(state.contact_surfaces or state.body_contacts)
@@ -77,7 +80,7 @@ class Setup:
             round_off=round_off,
             attempts=newton_attempts(model.analysis, {MOMENTUM: round_off}, touching),
             terms=terms,
-            fields=fields,
+            fields=[*fields, *([] if state.pore_pressure is None else [state.pore_pressure])],
         )
 
     @property

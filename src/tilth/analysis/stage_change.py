@@ -58,7 +58,8 @@ def next_stage(last: Simulation, model: Model, initial: MaterialPoints) -> Simul
     moving = points.kinetic_energy(total_mass(points, last.setup.water, end))
     if not stage.inertia:
         points.motion[:] = 0.0
-    simulation = Simulation(model, points, initial, last.setup.terms, last.setup.fields)
+    fields = [each for each in last.setup.fields if each is not last.state.pore_pressure]
+    simulation = Simulation(model, points, initial, last.setup.terms, fields)
     state, warnings = simulation.state, simulation.services.warnings
     simulation.services.go_on_from(last.services)
     _carry(last.state, state, simulation.setup.model, grounds)

@@ -13,6 +13,7 @@ from tilth.analysis.dynamics import Dynamics
 from tilth.analysis.grid_motion import GridMotion
 from tilth.analysis.kept_contact import KeptContact, KeptForce
 from tilth.analysis.owners import DECLARED_POSITION, Stateful, state_of
+from tilth.analysis.pore_pressure import PorePressure
 from tilth.analysis.predictor import Predictor, load_curves
 from tilth.analysis.relaxation import Relaxation
 from tilth.analysis.wave_boundaries import WaveBoundaries
@@ -64,6 +65,7 @@ class State:
         predictor: knows the last step.
         declared_dynamics: the inertia of the analysis; None if it is quasi-static.
         relaxation: of soil beyond a limit load; None if the analysis ends there.
+        pore_pressure: of water that flows; None without.
         kept_contact, kept_ghost: forces of contact and ghost stabilisation after the last step.
         passage: remembers where soil was in front of the boundaries in a refused step.
         declared_position: where all points were declared [length], (all points, dim); None in an
@@ -81,6 +83,7 @@ class State:
     ) -> None:
         self.declared_dynamics = Dynamics.of(model)
         self.relaxation = Relaxation.of(model)
+        self.pore_pressure = None if model.flow is None else PorePressure(model)
         self.kept_contact = KeptContact(model.dimension)
         self.kept_ghost = KeptForce(model.dimension)
         self.boundaries = make_boundaries(model, self.time_step)
@@ -115,8 +118,11 @@ class State:
         }
         if releases:
             owners["released"] = self.released
-        moving = self.declared_dynamics, self.relaxation, self.kept_contact, self.kept_ghost
-        names = "dynamics", "relaxation", "contact force", "ghost force"
+        moving = (
+            self.declared_dynamics, self.relaxation, self.kept_contact, self.kept_ghost,
+            self.pore_pressure,
+        )  # fmt: skip
+        names = "dynamics", "relaxation", "contact force", "ghost force", "pore pressure"
         named = zip(names, moving, strict=True)
         owners |= {name: each for name, each in named if each is not None}
         owners |= {f"boundary {number}": each for number, each in enumerate(self.implicit)}
@@ -217,6 +223,8 @@ class State:
             self.waves.go_on_from(last.waves)
         if self.relaxation is not None and last.relaxation is not None:
             self.relaxation.number = last.relaxation.number
+        if same_grid and self.pore_pressure is not None and last.pore_pressure is not None:
+            self.pore_pressure.restore(last.pore_pressure.state())
         if same_grid:
             self.ghost.restore(last.ghost.state())
             self.edge_support.restore(last.edge_support.state())

@@ -129,6 +129,12 @@ def inertia(of: InStep) -> Sequence[Term]:
     return state.dynamics.terms(of.step, of.soil, of.setup.water, state.ghost.faces, state.waves)
 
 
+def pore_water(of: InStep) -> Sequence[Term]:
+    """Water that flows through the pores."""
+    owner = of.state.pore_pressure
+    return [] if owner is None else owner.terms(of)
+
+
 TERMS: tuple[Maker, ...] = (
     soil_forces,
     implicit_boundaries,
@@ -141,6 +147,7 @@ TERMS: tuple[Maker, ...] = (
     water_forces,
     released_forces,
     inertia,
+    pore_water,
 )
 """Makers of all terms. New terms are added here."""
 

@@ -22,6 +22,10 @@ from tilth.model.element_tests import SimpleShear as SimpleShear
 from tilth.model.element_tests import StressState as StressState
 from tilth.model.element_tests import StressStrainPath as StressStrainPath
 from tilth.model.element_tests import Triaxial as Triaxial
+from tilth.model.flow import Flow as Flow
+from tilth.model.flow import ImplicitFlowBoundary as ImplicitFlowBoundary
+from tilth.model.flow import PlaneFlowBoundary as PlaneFlowBoundary
+from tilth.model.flow import SurfaceFlowBoundary as SurfaceFlowBoundary
 from tilth.model.geometry import BoxGeometry as BoxGeometry
 from tilth.model.geometry import CircleGeometry as CircleGeometry
 from tilth.model.geometry import ConeGeometry as ConeGeometry

@@ -3,14 +3,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from tilth.errors import Problem
 from tilth.model.boundaries import AffineBoundary
 from tilth.model.contact_checks import contact_problems
 from tilth.model.contact_pairs import contact_pair_problems
 from tilth.model.fields import AXES
+from tilth.model.flow_checks import flow_problems
 from tilth.model.implicit import ImplicitBoundary
 from tilth.model.initial_checks import initial_problems
 from tilth.model.laws import PLASTIC_STRAIN
@@ -45,6 +46,7 @@ def problems_between_entries(model: Declaration) -> list[Problem]:
         *_densities(model),
         *_needs_gravity(model),
         *_needs_time(model),
+        *flow_problems(model),
         *size_problems(model),
         *contact_problems(model),
         *contact_pair_problems(model),
@@ -75,18 +77,25 @@ def _without_schedule(model: Declaration) -> Iterator[Problem]:
 def _repeated_names(model: Declaration) -> Iterator[Problem]:
     for sections in (
         ("bodies",),
-        ("boundaries", "rigid_bodies", "contact_pairs"),
+        ("boundaries", "rigid_bodies", "contact_pairs", "flow.boundaries"),
         ("loads",),
         ("track",),
         ("stages",),
     ):
         keys: dict[str, str] = {}
-        entries = [(f"{s}[{i}]", e) for s in sections for i, e in enumerate(getattr(model, s))]
+        entries = [(f"{s}[{i}]", e) for s in sections for i, e in enumerate(_entries(model, s))]
         for key, entry in entries:
             name = entry.name
             if name is not None and (first := keys.setdefault(name, key)) != key:
                 what = f"is already the name of {first}"
                 yield Problem(f"{key}.name", what, "give each entry a different name", name)
+
+
+def _entries(model: Declaration, section: str) -> Sequence[Any]:
+    if section == "flow.boundaries":
+        return () if model.flow is None else model.flow.boundaries
+    entries: Sequence[Any] = getattr(model, section)
+    return entries
 
 
 def _unknown_references(model: Declaration) -> Iterator[Problem]:

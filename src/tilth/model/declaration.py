@@ -16,6 +16,7 @@ from tilth.model.bodies import Body
 from tilth.model.boundaries import AffineBoundary, Boundary, NodeBoundary, PlaneBoundary
 from tilth.model.contact_pairs import ContactPair, overlays_of_bodies
 from tilth.model.fields import AXES, AsTuple, Entries, Name, Text
+from tilth.model.flow import Flow, ImplicitFlowBoundary
 from tilth.model.geometry import DeclaredGeometry
 from tilth.model.grading import (
     GridAxis,
@@ -109,6 +110,8 @@ class Declaration(DeclaredFile):
     """Body forces, seismic loads, point and line forces, and loads on surfaces."""
     water: Water | None = None
     """Water at rest in the soil and above it; none if not given."""
+    flow: Flow | None = None
+    """Water that flows through the pores; it does not flow if not given."""
     initial: Initial = Initial()
     """State at the start."""
     schedule: Schedule = Schedule(steps=1)
@@ -286,6 +289,13 @@ class Declaration(DeclaredFile):
             return dict(self.stage.rigid_body_keys)
         return {each.name: f"rigid_bodies[{i}]" for i, each in enumerate(self.rigid_bodies)}
 
+    def flow_boundary_keys(self) -> dict[str, str]:
+        """Returns where each flow boundary stands in the case file, by name."""
+        if self.stage.flow_boundary_keys is not None:
+            return dict(self.stage.flow_boundary_keys)
+        boundaries = () if self.flow is None else self.flow.boundaries
+        return {each.name: f"flow.boundaries[{i}]" for i, each in enumerate(boundaries)}
+
     def shapes_of(self, body: RigidBody) -> list[tuple[str, DeclaredGeometry]]:
         """Returns the shapes of a rigid body with their places in the case file."""
         key = self.rigid_body_keys()[body.name]
@@ -301,6 +311,17 @@ class Declaration(DeclaredFile):
                 yield f"{keys[boundary.name]}.geometry", boundary.geometry
         for body in self.rigid_bodies:
             yield from self.shapes_of(body)
+        if self.flow is not None:
+            keys = self.flow_boundary_keys()
+            for each in self.flow.boundaries:
+                if isinstance(each, ImplicitFlowBoundary):
+                    yield f"{keys[each.name]}.geometry", each.geometry
+
+    @property
+    def water_flows(self) -> bool:
+        """Whether water flows through the pores in this stage; its pores are wet in any case."""
+        declared = self.stage.declared
+        return self.flow is not None and (declared is None or declared.flow)
 
     def delta(self, boundary: ImplicitBoundary) -> float:
         """Returns the width of an implicit boundary's band [length]."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import AfterValidator, model_validator
@@ -18,7 +18,7 @@ from tilth.model.fields import Flag, NotNegative, Real
 from tilth.model.laws import EXCESS_PORE_PRESSURE, Law, laws
 from tilth.model.parameter_kinds import Kind, Values, is_reducible, reduced, stiffened
 from tilth.model.problems import reject, rejection
-from tilth.model.variation import VaryingModulus, VaryingPositive, or_varying
+from tilth.model.variation import VaryingModulus, VaryingPositive, VaryingShare, or_varying
 
 Columns = Mapping[str, Values]
 """Parameters of a law by their names in the core."""
@@ -65,7 +65,12 @@ class AnyMaterial(Declared):
     """Whether the law has no state without stress."""
     has_shear_strength: ClassVar[bool] = False
     """Whether the law has the shear strength c + p tan(phi) that `shear_strength` returns."""
-    kinds: ClassVar[Mapping[str, Kind]] = {"density": "density", "saturated_density": "density"}
+    kinds: ClassVar[Mapping[str, Kind]] = {
+        "density": "density",
+        "saturated_density": "density",
+        "porosity": "dimensionless",
+        "hydraulic_conductivity": "conductivity",
+    }
     """What each entry with a number, and each parameter of the law in the core, is."""
     state_kinds: ClassVar[Mapping[str, Kind]] = {}
     """What each state variable of the law in the core is."""
@@ -81,6 +86,23 @@ class AnyMaterial(Declared):
     """Whether water does not enter it, such as concrete: its density below the water is `density`,
     and it displaces water with its current volume; not if not given.
     """
+    porosity: VaryingShare | None = None
+    """Volume of the pores over the whole volume at the start [-], in (0, 1); with
+    `hydraulic_conductivity`.
+    """
+    hydraulic_conductivity: VaryingPositive | None = None
+    """Hydraulic conductivity k [length / time], > 0: with it water flows through the material by
+    Darcy's law, in a model with `[flow]`; if not given no water enters or leaves its pores there.
+    """
+    permeability: Literal["constant", "kozeny_carman"] | None = None
+    """How the hydraulic conductivity changes with the porosity n: "constant", or "kozeny_carman",
+    in proportion to n^3 / (1 - n)^2; constant if not given.
+    """
+
+    @property
+    def conducts_water(self) -> bool:
+        """Whether water flows through it, in a model with `[flow]`."""
+        return self.hydraulic_conductivity is not None
 
     @property
     def keeps_water(self) -> bool:
@@ -102,6 +124,24 @@ class AnyMaterial(Declared):
             remedy = "water in the pores adds to the mass"
         if what:
             raise rejection([Problem("saturated_density", what, remedy, saturated)])
+        return self
+
+    @model_validator(mode="after")
+    def _pores_fit_together(self) -> Any:
+        problems = []
+        for key, value in (("porosity", self.porosity), ("permeability", self.permeability)):
+            if value is not None and not self.conducts_water:
+                what = "has no meaning without `hydraulic_conductivity`"
+                problems.append(Problem(key, what, "give it, or leave this out", value))
+        if self.conducts_water and self.porosity is None:
+            remedy = "give the volume of the pores over the whole volume, such as porosity = 0.4"
+            problems.append(Problem("porosity", "missing: water flows through the pores", remedy))
+        if self.conducts_water and self.watertight:
+            what, remedy = "is given for a watertight material", "leave out one of the two"
+            value = self.hydraulic_conductivity
+            problems.append(Problem("hydraulic_conductivity", what, remedy, value))
+        if problems:
+            raise rejection(problems)
         return self
 
     @property
@@ -273,6 +313,15 @@ class PoreFluid(AnyMaterial):
         EXCESS_PORE_PRESSURE: "stress",
         "elastic_volumetric_strain": "strain",
     }
+
+    @model_validator(mode="after")
+    def _one_way_of_water(self) -> Any:
+        if self.pore_fluid_bulk_modulus is not None and self.conducts_water:
+            what = "is for soil whose water cannot flow, but `hydraulic_conductivity` is given, too"
+            remedy = "leave out one of the two; flow.bulk_modulus is that of water that flows"
+            value = self.pore_fluid_bulk_modulus
+            raise rejection([Problem("pore_fluid_bulk_modulus", what, remedy, value)])
+        return self
 
     @property
     def keeps_water(self) -> bool:

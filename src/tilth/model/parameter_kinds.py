@@ -33,6 +33,7 @@ Kind = Literal[
     "dimensionless",
     "length",
     "density",
+    "conductivity",
     "preconsolidation",
     "overconsolidation",
 ]
@@ -75,6 +76,7 @@ KINDS: Final[Mapping[Kind, KindRules]] = {
     "dimensionless": KindRules("-", "a pure number, such as Poisson's ratio"),
     "length": KindRules("length", "a length"),
     "density": KindRules("mass / length^3", "mass over volume"),
+    "conductivity": KindRules("length / time", "hydraulic conductivity"),
     "preconsolidation": KindRules(
         "stress", "size of a yield surface that follows the pressure", 0, "never"
     ),

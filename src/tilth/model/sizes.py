@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 from tilth.errors import Problem
 from tilth.model.boundaries import AffineBoundary, NodeBoundary, PlaneBoundary
 from tilth.model.fields import AXES
+from tilth.model.flow import PlaneFlowBoundary
+from tilth.model.flow_checks import flow_axes, flow_vectors
 from tilth.model.geometry import GEOMETRIES, DeclaredGeometry, TerrainGeometry
 from tilth.model.implicit import ImplicitBoundary
 from tilth.model.initial import AtRest
@@ -43,15 +45,15 @@ def size_problems(model: Declaration) -> list[Problem]:
         key = f"boundaries[{i}]"
         if isinstance(boundary, AffineBoundary):
             problems += _affine(f"{key}.deformation_gradient", boundary, dimension, kind)
-        if isinstance(boundary, PlaneBoundary) and boundary.axis in (boundary.range or {}):
-            what = f"is the axis normal to the plane, along which `at` = {boundary.at:g} is given"
-            problems.append(Problem(f"{key}.range.{boundary.axis}", what, "leave it out"))
+        problems += _range(key, boundary)
         if isinstance(boundary, ImplicitBoundary):
             problems += _rotation(f"{key}.rotation", boundary, dimension, kind)
             if kind == "axisymmetric" and boundary.volume_loss is not None:
                 what = "in axisymmetry a circle is the section of a sphere or a ring"
                 remedy = "give `radius_change`"
                 problems.append(Problem(f"{key}.volume_loss", what, remedy, boundary.volume_loss))
+    for i, each in enumerate(() if model.flow is None else model.flow.boundaries):
+        problems += _range(f"flow.boundaries[{i}]", each)
     for key, geometry in model.geometries():
         problems += _variant(key, geometry, GEOMETRIES, dimension, kind)
     problems += [*_surfaces(model), *_forces(model)]
@@ -60,6 +62,14 @@ def size_problems(model: Declaration) -> list[Problem]:
         if track.quantity in _ABOUT_AXES:
             problems += _moment(f"track[{i}]", track, dimension, kind)
     return problems
+
+
+def _range(key: str, boundary: Any) -> Iterator[Problem]:
+    """The axis normal to a plane is not one along which the plane has a range."""
+    plane = isinstance(boundary, PlaneBoundary | PlaneFlowBoundary)
+    if plane and boundary.axis in (boundary.range or {}):
+        what = f"is the axis normal to the plane, along which `at` = {boundary.at:g} is given"
+        yield Problem(f"{key}.range.{boundary.axis}", what, "leave it out")
 
 
 def _grids(model: Declaration) -> Iterator[Problem]:
@@ -244,6 +254,7 @@ def _vectors(model: Declaration) -> Iterator[tuple[str, Any]]:
     for key, variation in _variations(model):
         if isinstance(variation, Random):
             yield f"{key}.random.correlation_lengths", variation.random.correlation_lengths
+    yield from flow_vectors(model)
     for i, track in enumerate(model.track):
         yield f"track[{i}].at", track.at
         yield f"track[{i}].about", track.about
@@ -266,6 +277,7 @@ def _axes(model: Declaration) -> Iterator[tuple[str, Iterable[str]]]:
         if isinstance(boundary, PlaneBoundary):
             yield f"{key}.axis", boundary.axis
             yield f"{key}.range", boundary.range or {}
+    yield from flow_axes(model)
     for key, geometry in model.geometries():
         for name, axes in geometry.axes_named().items():
             yield f"{key}.{name}", axes

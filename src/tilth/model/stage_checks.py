@@ -18,6 +18,7 @@ from tilth.model.rigid_bodies import RigidBody
 from tilth.model.stages import MOST_STAGES, Stage, StrengthReductionStage
 from tilth.model.staging import (
     BOUNDARIES,
+    FLOW_BOUNDARIES,
     changes_initial_state,
     first_mentions,
     is_nameless,
@@ -40,6 +41,7 @@ def stage_problems(model: Declaration) -> Iterator[Problem]:
     for name, declared in named_items(model):
         kind = "boundary" if isinstance(declared, BOUNDARIES) else "load"
         kind = "rigid body" if isinstance(declared, RigidBody) else kind
+        kind = "flow boundary" if isinstance(declared, FLOW_BOUNDARIES) else kind
         kinds.setdefault(name, []).append(kind)
     for body in model.bodies:
         kinds.setdefault(body.name, []).append("body")

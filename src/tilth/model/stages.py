@@ -108,19 +108,21 @@ class Stage(Declared):
     schedule: Schedule
     """Its load steps; time begins at 0 in each stage."""
     activate: EntryNames = ()
-    """Names of bodies, boundaries, rigid bodies and loads that act from this stage on. A body is
+    """Names of bodies, boundaries, those of the flow, rigid bodies and loads that act from this
+    stage on. A body is
     placed without stress on the deformed ground: its points move vertically with the ground below
     them.
     """
     deactivate: EntryNames = ()
-    """Names of bodies, boundaries and rigid bodies that are removed at the start of the stage, and
-    of loads: a load decreases to 0 over the stage, unless `factors` has a table for it.
+    """Names of bodies, boundaries, those of the flow and rigid bodies that are removed at the start
+    of the stage, and of loads: a load decreases to 0 over the stage, unless `factors` has a table
+    for it.
     """
     excavate: Regions = ()
     """Regions whose soil is removed, in sections [[stages.excavate]] below the stage."""
     factors: Factors = Field(default_factory=dict)
-    """Rows (time, factor) for loads, moving boundaries and prescribed motions of rigid bodies in
-    this stage, by their names. A load
+    """Rows (time, factor) for loads, moving boundaries, given pressures and fluxes of water, and
+    prescribed motions of rigid bodies in this stage, by their names. A load
     that a stage activates increases from 0 to 1 over the stage if it has no table.
     """
     force_factors: Factors = Field(default_factory=dict)
@@ -138,6 +140,9 @@ class Stage(Declared):
     inertia: Flag = True
     """Whether inertia acts in this stage, if [analysis] has it. A stage without, such as one in
     which gravity is applied, is quasi-static and ends at rest."""
+    flow: Flag = True
+    """Whether water flows in this stage, if the model has [flow]; without it the soil is undrained,
+    and its water keeps its volume."""
     grid: StageGrid | None = None
     """Another background grid from this stage on."""
     reset: Resets = ()

@@ -15,6 +15,12 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from pydantic import BaseModel
 
 from tilth.model.boundaries import AffineBoundary, Boundary, NodeBoundary, PlaneBoundary
+from tilth.model.flow import (
+    FlowBoundary,
+    ImplicitFlowBoundary,
+    PlaneFlowBoundary,
+    SurfaceFlowBoundary,
+)
 from tilth.model.grading import first_places
 from tilth.model.implicit import ImplicitBoundary
 from tilth.model.load_curve import LoadCurve
@@ -30,7 +36,17 @@ M = TypeVar("M", bound="Declaration")
 
 Rows = tuple[tuple[float, float], ...]
 
-BOUNDARIES = (PlaneBoundary, NodeBoundary, ImplicitBoundary, AffineBoundary, RigidBody)
+FLOW_BOUNDARIES = (PlaneFlowBoundary, ImplicitFlowBoundary, SurfaceFlowBoundary)
+"""Types of all flow boundaries."""
+
+BOUNDARIES = (
+    PlaneBoundary,
+    NodeBoundary,
+    ImplicitBoundary,
+    AffineBoundary,
+    RigidBody,
+    *FLOW_BOUNDARIES,
+)
 """Types of all boundaries and of rigid bodies, which tell them from loads."""
 
 CHANGES = ("activate", "deactivate", "excavate", "materials", "water", "grid", "reset")
@@ -54,6 +70,7 @@ class StageOfModel:
         absent_loads: numbers of the loads that do not act.
         boundary_keys: where each boundary stands in the case file, by name.
         rigid_body_keys: the same of rigid bodies.
+        flow_boundary_keys: the same of flow boundaries.
         initial: model of the initial state, see `initial_model`; None in itself and without stages.
         follows: whether there is something before that the stage changes: another stage, or an
             initial state that the first stage does not begin with.
@@ -71,6 +88,7 @@ class StageOfModel:
     absent_loads: frozenset[int] = frozenset()
     boundary_keys: Mapping[str, str] | None = None
     rigid_body_keys: Mapping[str, str] | None = None
+    flow_boundary_keys: Mapping[str, str] | None = None
     initial: Declaration | None = None
     follows: bool = False
     releases: bool = False
@@ -100,8 +118,10 @@ def copied(declared: Any, **changes: Any) -> Any:
     return BaseModel.model_copy(declared, update=changes)
 
 
-def moves(boundary: Boundary | RigidBody) -> bool:
-    """Whether a boundary or a rigid body has a motion, which a table of factors scales."""
+def moves(boundary: Boundary | RigidBody | FlowBoundary) -> bool:
+    """Whether a boundary or a rigid body has a motion, or a number, that a table scales."""
+    if isinstance(boundary, FLOW_BOUNDARIES):
+        return boundary.condition != "drained"
     if isinstance(boundary, RigidBody):
         return boundary.has_motion_numbers
     if isinstance(boundary, PlaneBoundary | NodeBoundary):
@@ -260,6 +280,9 @@ def named_items(model: Declaration) -> Iterator[tuple[str, Any]]:
         yield boundary.name, boundary
     for body in model.rigid_bodies:
         yield body.name, body
+    if model.flow is not None:
+        for each in model.flow.boundaries:
+            yield each.name, each
 
 
 def _names(model: Declaration) -> set[str]:
@@ -278,7 +301,8 @@ def _table(declared: Any, name: str, stage: Stage, held: float | None, ending: b
         return ((0.0, held or 0.0), (end, 0.0))
     if held is not None:
         return ((0.0, held),)
-    rows = getattr(declared, "factor", None) or ((0.0, 0.0), (end, 1.0))
+    ramp = ((0.0, 1.0),) if isinstance(declared, FLOW_BOUNDARIES) else ((0.0, 0.0), (end, 1.0))
+    rows = getattr(declared, "factor", None) or ramp
     return tuple((row[0], row[1]) for row in rows)
 
 
@@ -304,13 +328,19 @@ def _model_of(
     """Returns the model of a stage, or of the initial state without `initial`."""
     kept = [b for b in model.boundaries if b.name in acting]
     boundaries = tuple(copied(b, factor=tables[b.name]) if moves(b) else b for b in kept)
+    flow = model.flow
+    if flow is not None:
+        there = [each for each in flow.boundaries if each.name in acting]
+        there = [copied(b, factor=tables[b.name]) if moves(b) else b for b in there]
+        flow = copied(flow, boundaries=tuple(there))
     loads = tuple(
         copied(load, factor=tables.get(_load_name(i, load), load.factor))
         for i, load in enumerate(model.loads)
     )
     result: M = copied(
-        model, stages=(), schedule=stage.schedule, boundaries=boundaries, loads=loads, **changes
-    )
+        model, stages=(), schedule=stage.schedule, boundaries=boundaries, loads=loads, flow=flow,
+        **changes,
+    )  # fmt: skip
     own = loading_stages(model)
     following = [i for i, _ in own[1:]] + [len(model.stages)]
     follows = number > 0 or (initial is not None and changes_initial_state(model, stage))
@@ -333,6 +363,7 @@ def _model_of(
         ),
         boundary_keys=model.boundary_keys(),
         rigid_body_keys=model.rigid_body_keys(),
+        flow_boundary_keys=model.flow_boundary_keys(),
         initial=initial,
         follows=follows,
         releases=number > 0 or (follows and bool(model.initial.stress)),

@@ -26,6 +26,7 @@ from tilth.model.fields import (
     PositivePerDirection,
     PythonFunction,
     Real,
+    Share,
     as_list,
     real,
 )
@@ -273,11 +274,13 @@ if TYPE_CHECKING:  # for type checkers a number: `tilth.variation` evaluates all
     VaryingPositive = Positive
     VaryingNotNegative = NotNegative
     VaryingReal = Real
+    VaryingShare = Share
 else:
     VaryingModulus = or_varying(Positive, by_stress=True)
     VaryingPositive = or_varying(Positive)
     VaryingNotNegative = or_varying(NotNegative)
     VaryingReal = or_varying(Real)
+    VaryingShare = or_varying(Share)
 
 
 def variations(declared: Declared) -> dict[str, Variation]:

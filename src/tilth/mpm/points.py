@@ -15,6 +15,7 @@ from tilth.arrays import Flags, Floats, Integers
 from tilth.bodies.corners import corner_signs, mean_half_edges, parallelepiped
 from tilth.model.laws import PLASTIC_STRAIN, Law
 from tilth.mpm.elastic_moduli import ElasticModuli
+from tilth.mpm.pore_water import Permeability
 
 _Number = TypeVar("_Number", np.int64, np.float64)
 
@@ -43,6 +44,7 @@ class PointRange:
         body: number of the body in the model.
         layer: number of the layer in the body; 0 if it has none.
         overlay: number of the body's; bodies of one overlay share their nodes.
+        permeability: how the conductivity of its pores changes, where water flows.
     """
 
     name: str
@@ -59,6 +61,7 @@ class PointRange:
     wet_density: float | None = None
     keeps_water: bool = True
     overlay: int = 0
+    permeability: Permeability = Permeability.CONSTANT
 
     @property
     def points(self) -> slice:
@@ -127,8 +130,9 @@ class MaterialPoints:
         motion: velocity [length/time], acceleration and algorithmic acceleration (the one that
             displacement and velocity follow, terms/inertia.py) [length/time^2], shape (n, 3, dim);
             (n, 0, dim) without inertia.
-        water: of pores in which it flows: its volume per initial volume [-] and its excess pressure
-            [stress], shape (n, 2); (n, 0) without.
+        water: of pores in which it flows: its volume per initial volume [-], its excess pressure
+            [stress], the porosity [-] and the conductivity at the start [length^4/(force time)],
+            shape (n, 4), zeros where no water enters; (n, 0) in a model without.
         varying: values of the material parameters that vary from place to place, by the keys of the
             case file, in the order of the permanent numbers, shape (n,); "not a number" where the
             material has no such parameter. Only of whole sets of points; it does not change.

@@ -13,15 +13,23 @@ the unit weight of water. Theory: docs/theory/consolidation.md.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tilth.arrays import Floats
+from tilth.arrays import Flags, Floats
 
-STORED, PRESSURE = 0, 1
+if TYPE_CHECKING:
+    from tilth.mpm.points import MaterialPoints
+
+STORED, PRESSURE, POROSITY, CONDUCTIVITY = range(4)
 """Columns of `MaterialPoints.water`."""
+WATER_COLUMNS = 4
+"""Their number."""
 
 
 class Permeability(Enum):
@@ -36,16 +44,29 @@ class PoreWater:
     """Pores and water of n points.
 
     Attributes:
-        porosity: n0 [-], shape (n,).
-        conductivity: kappa at the start, k / gamma_w [length^4/(force time)], shape (n,).
-        permeability: how it changes.
+        porosity: n0 [-], shape (n,); 0 of those that no water enters.
+        conductivity: kappa at the start, k / gamma_w [length^4/(force time)], shape (n,); 0 in a
+            stage without flow.
+        permeabilities: how it changes, of the points of slices that follow each other.
         bulk_modulus: K_w of the water [stress]; infinite for water that cannot be compressed.
     """
 
     porosity: Floats
     conductivity: Floats
-    permeability: Permeability = Permeability.CONSTANT
+    permeabilities: Sequence[tuple[slice, Permeability]] = ()
     bulk_modulus: float = np.inf
+
+    @classmethod
+    def of(cls, points: MaterialPoints, bulk_modulus: float, flows: bool) -> PoreWater:
+        """Returns the pores of material points; flows: whether there is flow in the stage."""
+        conductivity = points.water[:, CONDUCTIVITY] if flows else np.zeros(len(points))
+        laws = [(range_.points, range_.permeability) for range_ in points.ranges]
+        return cls(points.water[:, POROSITY], conductivity, laws, bulk_modulus)
+
+    @cached_property
+    def wet(self) -> Flags:
+        """Which points have water in their pores, shape (n,)."""
+        return np.asarray(self.porosity > 0.0)
 
     def stored(self, jacobian: Floats, pressure: Floats) -> Floats:
         """Returns zeta [-], shape (n,)."""
@@ -63,13 +84,16 @@ class PoreWater:
 
         Kozeny (1927) and Carman (1937): kappa ~ n^3 / (1 - n)^2.
         """
-        if self.permeability is Permeability.CONSTANT:
-            return self.conductivity, np.zeros_like(self.conductivity)
-        grains = (1.0 - self.porosity) / jacobian
-        porosity = 1.0 - grains
-        ratio = (porosity / self.porosity) ** 3 * ((1.0 - self.porosity) / grains) ** 2
-        conductivity = self.conductivity * ratio
-        return conductivity, conductivity * (3.0 / porosity + 2.0 / grains) * grains
+        conductivity, change = self.conductivity.copy(), np.zeros_like(self.conductivity)
+        for own, law in self.permeabilities:
+            if law is Permeability.CONSTANT or not self.wet[own].any():
+                continue
+            grains = (1.0 - self.porosity[own]) / jacobian[own]
+            porosity = 1.0 - grains
+            ratio = (porosity / self.porosity[own]) ** 3
+            conductivity[own] *= ratio * ((1.0 - self.porosity[own]) / grains) ** 2
+            change[own] = conductivity[own] * (3.0 / porosity + 2.0 / grains) * grains
+        return conductivity, change
 
 
 @dataclass(frozen=True, eq=False)

@@ -31,7 +31,9 @@ def filled_cells(soil: Soil) -> tuple[Integers, Floats, Floats]:
     volume = np.minimum(points.volume, LARGEST_EXPANSION * points.initial_volume)
     share = np.maximum(points.elastic_share, LEAST_ELASTIC_SHARE)
     least_modulus = LEAST_MODULUS_OVER_STRESS * _equivalent_stress(points.stress)
-    filled = _sums(soil, volume, 1.0 / np.maximum(soil.elastic_moduli.young * share, least_modulus))
+    filled = sums_in_cells(
+        soil, volume, 1.0 / np.maximum(soil.elastic_moduli.young * share, least_modulus)
+    )
     size = active.grid.sizes(cell_places(active, key)).prod(axis=1)
     if soil.kind == "axisymmetric":
         size *= 2.0 * np.pi * centre_radii(active, key)
@@ -39,19 +41,17 @@ def filled_cells(soil: Soil) -> tuple[Integers, Floats, Floats]:
     return key, filled[:, 0] / size, modulus
 
 
-def volumes_in_cells(soil: Soil) -> Floats:
-    """Returns the points' volumes in each cell [length^dim; in axisymmetry length^3], (cells,)."""
-    return _sums(soil, soil.points.volume, np.ones(len(soil.points)))[:, 0]
-
-
 def means_in_cells(soil: Soil, value: Floats) -> Floats:
     """Returns means of a value of the points (n,) over their volume in each cell, (cells,)."""
-    filled = _sums(soil, soil.points.volume, value)
+    filled = sums_in_cells(soil, soil.points.volume, value)
     return np.asarray(filled[:, 1] / np.maximum(filled[:, 0], 1e-300))
 
 
-def _sums(soil: Soil, volume: Floats, value: Floats) -> Floats:
-    """Returns the sums of the points' volumes, and of these times a value, shape (cells, 2)."""
+def sums_in_cells(soil: Soil, volume: Floats, value: Floats) -> Floats:
+    """Returns the sums of volumes of the points, and of these times a value, shape (cells, 2).
+
+    volume: [length^dim; in axisymmetry length^3], value: of the points, shape (n,).
+    """
     active, grid = soil.active, soil.active.grid
     filled = np.zeros((len(active.cell_keys), 2))
     for range_, stencil in zip(soil.points.ranges, active.stencils, strict=True):

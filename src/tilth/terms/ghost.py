@@ -28,7 +28,7 @@ linearly; not to soil that lies behind them, on the other side of a thin wall.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum, auto
 from functools import cache
 from typing import Any
@@ -109,6 +109,11 @@ class Faces:
         return np.asarray(
             8 * active.key[self.node[:, 0]] + 4 * (self.kind is Kind.EXTERIOR) + self.axis
         )
+
+    def of(self, kept: Flags) -> Faces:
+        """Returns some of the faces, by flags (faces,)."""
+        names = "node", "which", "size", "weight", "free", "modulus", "emptiness", "fill"
+        return replace(self, **{name: getattr(self, name)[kept] for name in names})
 
     def coupling(self, moved: Floats | None = None) -> FaceCoupling:
         """Returns the penalty on the step's displacement and on that of earlier steps, `moved`.

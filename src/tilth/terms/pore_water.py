@@ -13,7 +13,7 @@ Theory: docs/theory/consolidation.md.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,7 +28,7 @@ from tilth.mpm.point_integrals import PointIntegrals
 from tilth.mpm.pore_water import PRESSURE, STORED, PoreWater, WaterAt
 from tilth.mpm.quadrature import PointsInCells
 from tilth.mpm.soil import Soil
-from tilth.terms.filled_cells import cell_places, means_in_cells, volumes_in_cells
+from tilth.terms.filled_cells import cell_places, sums_in_cells
 from tilth.terms.ghost import Faces
 from tilth.terms.protocol import AssembledTerm, Role, Term
 from tilth.terms.space import Coupled, ElementBlocks, Space
@@ -55,16 +55,23 @@ class WaterInStep:
         soil: on the grid of the step.
         water: pores and water of its points.
         size: of the step [time].
+        keep: is told the nodal pressures at the end of the step, shape (nodes, 1).
 
     Attributes:
+        initial_volume: of the soil with water in its pores [length^dim], shape (n,); 0 elsewhere.
+        nodal_volume: sum_p S_ap V_p of that soil at the start of the step, shape (nodes,).
         at: the last evaluation; None before.
     """
 
-    def __init__(self, soil: Soil, water: PoreWater, size: float) -> None:
+    def __init__(
+        self, soil: Soil, water: PoreWater, size: float, keep: Callable[[Floats], None]
+    ) -> None:
         points = soil.points
-        self.soil, self.water, self.size = soil, water, size
+        self.soil, self.water, self.size, self.keep = soil, water, size, keep
         self.integrals: PointIntegrals = soil.integrals
         self.before = points.water
+        self.initial_volume = points.initial_volume * water.wet
+        self.nodal_volume = self.nodal_sums(np.ones(len(points)))
         self._jacobian = np.linalg.det(points.deformation_gradient)
         self.at: WaterAt | None = None
         self._of: Mapping[str, Floats] | None = None
@@ -84,7 +91,7 @@ class WaterInStep:
             radius = points.position[:, 0] + self.soil.interpolate(x.u)[:, 0]
         self._of = x.of
         self.at = WaterAt(
-            volume=points.initial_volume * jacobian,
+            volume=self.initial_volume * jacobian,
             jacobian=jacobian,
             inverse=inverse,
             radius=radius,
@@ -95,8 +102,14 @@ class WaterInStep:
         return self.at
 
     def nodal_sums(self, value: Floats) -> Floats:
-        """Returns sum_p S_ap V_p value_p at the start of the step, (n,) -> (nodes,)."""
-        return self.soil.scatter((self.soil.points.volume * value)[:, None])[:, 0]
+        """Returns sum_p S_ap V_p value_p of the wet soil at the step's start, (n,) -> (nodes,)."""
+        volume = self.soil.points.volume * self.water.wet
+        return self.soil.scatter((volume * value)[:, None])[:, 0]
+
+    def in_cells(self, value: Floats) -> tuple[Floats, Floats]:
+        """Returns the wet soil's volume in each cell, and the mean of a value, shape (cells,)."""
+        volume, total = sums_in_cells(self.soil, self.soil.points.volume * self.water.wet, value).T
+        return volume, total / np.maximum(volume, 1e-300)
 
     @property
     def last(self) -> WaterAt:
@@ -158,7 +171,7 @@ class _StoredWater(_OfWater):
         force = integrals.scattered_gradient(at.at_start(stress[:, None, None] * np.eye(at.dim)))
         if at.radius is not None:
             force[:, :1] += integrals.scattered((stress / at.radius)[:, None])
-        taken = water.soil.points.initial_volume * (at.stored - water.before[:, STORED])
+        taken = water.initial_volume * (at.stored - water.before[:, STORED])
         return Unknowns({DISPLACEMENT: force, PORE_PRESSURE: -integrals.scattered(taken[:, None])})
 
     def assemble(self, x: Unknowns, matrix: BlockMatrix) -> None:
@@ -182,8 +195,8 @@ class _StoredWater(_OfWater):
         taken = np.einsum("n,k,njl->nkjl", -at.volume * by_jacobian, unit, divergence)[:, None]
         self._add(matrix, (PORE_PRESSURE, DISPLACEMENT), at, taken)
         if np.isfinite(water.water.bulk_modulus):
-            volume = water.soil.points.initial_volume
-            squeezed = np.einsum("n,k,l->nkl", -volume * by_pressure, unit, unit)
+            volume = -water.initial_volume * by_pressure
+            squeezed = np.einsum("n,k,l->nkl", volume, unit, unit)
             self._add(matrix, (PORE_PRESSURE, PORE_PRESSURE), at, squeezed[:, None, :, None])
 
     def add_schur(self, x: Unknowns, schur: Mapping[str, Floats]) -> None:
@@ -198,8 +211,15 @@ class _StoredWater(_OfWater):
         self._water.integrals.add_blocks(self._space.positions(pair), mass, schur[PORE_PRESSURE])
 
     def commit(self, x: Unknowns, checked: None) -> None:
-        at, stored = self._water.last, self._water.before
-        stored[:, STORED], stored[:, PRESSURE] = at.stored, at.pressure
+        """As `AssembledTerm.commit`; water that is held while the soil is moved stays as it is."""
+        field = self._space.fields[PORE_PRESSURE]
+        if field.active is not None and not field.active.any():
+            return
+        at, water = self._water.last, self._water.before
+        wet = self._water.water.wet
+        water[:, STORED] = np.where(wet, at.stored, 0.0)
+        water[:, PRESSURE] = np.where(wet, at.pressure, 0.0)
+        self._water.keep(x[PORE_PRESSURE])
 
 
 class _Seepage(_OfWater):
@@ -256,9 +276,10 @@ class Projection(Term):
         lattice = np.asarray(_core.lattice(active.cell_keys))
         self._node = active.corners(lattice)
         side = active.grid.sizes(cell_places(active, active.cell_keys)).max(axis=1)
-        flow = 12.0 * water.size * means_in_cells(soil, water.water.conductivity) / side**2
-        tau = np.maximum(means_in_cells(soil, softness_of(soil)) - flow, 0.0)
-        self._factor = tau * volumes_in_cells(soil)
+        volume, conductivity = water.in_cells(water.water.conductivity)
+        softness = water.in_cells(softness_of(soil))[1]
+        flow = 12.0 * water.size * conductivity / side**2
+        self._factor = np.maximum(softness - flow, 0.0) * volume
         self._coupled = Coupled(same_starts(self._node), self._node.ravel(), PORE_PRESSURE)
 
     @property
@@ -298,9 +319,9 @@ class GhostPressure(Term):
     """
 
     def __init__(self, water: WaterInStep, faces: Sequence[Faces]) -> None:
-        soil = water.soil
         self._faces = faces
-        self._volume, self._soft = soil.nodal_volume, water.nodal_sums(softness_of(soil))
+        self._volume = water.nodal_volume
+        self._soft = water.nodal_sums(softness_of(water.soil))
         flow = water.nodal_sums(water.water.conductivity)
         self._conductivity = np.where(
             self._volume > 0.0, flow / np.maximum(self._volume, 1e-300), np.inf
@@ -416,7 +437,7 @@ class GivenPressure(Term):
         weight: Floats,
         pressure: Floats,
     ) -> None:
-        flow, whole = water.nodal_sums(water.water.conductivity), water.soil.nodal_volume
+        flow, whole = water.nodal_sums(water.water.conductivity), water.nodal_volume
         self._node = at.node[at.cell]
         around = flow[self._node].sum(axis=1) / whole[self._node].sum(axis=1)
         self._factor = water.size * around * weight

@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The excess pore pressure from step to step, and the terms of the water that flows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from tilth.algebra.field import Field, GivenChange
+from tilth.arrays import Floats, Integers, require_table
+from tilth.boundaries.flow import FlowBoundaries
+from tilth.grid.keys import find_keys
+from tilth.model import Model
+from tilth.mpm.pore_water import PRESSURE, PoreWater
+from tilth.terms.ghost import Faces
+from tilth.terms.pore_water import (
+    PORE_PRESSURE,
+    WATER,
+    GhostPressure,
+    Projection,
+    Seepage,
+    StoredWater,
+    WaterInStep,
+)
+from tilth.terms.protocol import Term
+
+if TYPE_CHECKING:
+    from tilth.analysis.setup import InStep
+
+SMALLEST_SHARE = 1e-12
+"""Volume of soil at a node over the largest one, below which no soil is there."""
+
+
+class PorePressure:
+    """Has the excess pore pressure of the nodes; see `FieldOwner`.
+
+    Args:
+        model: with flowing water.
+
+    Attributes:
+        name: of the field.
+        key: of the nodes of the last step, shape (nodes,).
+        value: their excess pore pressures [stress], shape (nodes, 1).
+    """
+
+    name = PORE_PRESSURE
+
+    def __init__(self, model: Model) -> None:
+        assert model.flow is not None
+        self._flows = model.water_flows
+        self._bulk_modulus = model.flow.bulk_modulus or np.inf
+        self._boundaries = FlowBoundaries(model)
+        self.key: Integers = np.zeros(0, dtype=np.int64)
+        self.value: Floats = np.zeros((0, 1))
+
+    def in_step(self, of: InStep) -> Field:
+        """As `FieldOwner.in_step`."""
+        active, water = of.step.active, self._pores(of)
+        nodal = of.soil.scatter((of.soil.points.volume * water.wet)[:, None])[:, 0]
+        wet = nodal > SMALLEST_SHARE * active.comm.max(float(nodal.max(initial=0.0)))
+        for faces in self._faces(of, water):  # which extend the pressure to nodes without soil
+            wet[faces.node] = True
+        wet = active.updated(wet)
+        start = active.updated(self._start(of, water, nodal))
+        given = GivenChange(np.zeros(start.shape, dtype=bool), np.zeros(start.shape))
+        if self._flows:
+            held, value = self._boundaries.on_nodes(active, of.step.after)
+            given = GivenChange(held, np.where(held, value - start, 0.0))
+        return Field(PORE_PRESSURE, active, 1, WATER, None, wet, start, given)
+
+    def terms(self, of: InStep) -> Sequence[Term]:
+        """Returns the terms of the water in a step."""
+        size = of.step.after - of.step.before
+        water = self._pores(of)
+        key = of.step.active.key
+
+        def keep(pressure: Floats) -> None:
+            self.key, self.value = key.copy(), pressure.copy()
+
+        here = WaterInStep(of.soil, water, size, keep)
+        found: list[Term] = [
+            StoredWater(here), Seepage(here), Projection(here),
+            GhostPressure(here, self._faces(of, water)),
+        ]  # fmt: skip
+        if self._flows:
+            found += self._boundaries.terms(here, of.step.before, of.step.after)
+        return found
+
+    def _pores(self, of: InStep) -> PoreWater:
+        return PoreWater.of(of.soil.points, self._bulk_modulus, self._flows)
+
+    def _faces(self, of: InStep, water: PoreWater) -> Sequence[Faces]:
+        """Returns the faces with the ghost term: those beside wet soil."""
+        faces = of.state.ghost.faces
+        if water.wet.all():
+            return faces
+        nodal = of.soil.scatter(water.wet.astype(float)[:, None])[:, 0]
+        wet = of.step.active.updated(nodal) > 0.0
+        corners = 2**of.step.active.grid.dim  # a whole cell beside the face has wet soil
+        return [each.of(wet[each.node].sum(axis=1) >= corners) for each in faces]
+
+    def _start(self, of: InStep, water: PoreWater, volume: Floats) -> Floats:
+        """Returns the pressure of the nodes at the start of the step, shape (nodes, 1).
+
+        Nodes that are new have the mean of the points around, those without soil that of the other
+        nodes of their faces.
+        """
+        active, points = of.step.active, of.soil.points
+        weight = points.volume * water.wet * points.water[:, PRESSURE]
+        start = of.soil.scatter(weight[:, None]) / np.maximum(volume, 1e-300)[:, None]
+        found = find_keys(self.key, active.key)
+        known = found >= 0
+        start[known] = self.value[found[known]]
+        known |= volume > 0.0
+        for faces in self._faces(of, water):
+            missing = ~known[faces.node]
+            rows = np.flatnonzero(missing.any(axis=1) & ~missing.all(axis=1))
+            node, unknown = faces.node[rows], missing[rows]
+            share = (~unknown) / (~unknown).sum(axis=1, keepdims=True)
+            mean = (share * start[node, 0]).sum(axis=1)
+            start[node[unknown], 0] = np.broadcast_to(mean[:, None], node.shape)[unknown]
+        return np.asarray(start)
+
+    def rows(self) -> tuple[Integers, list[str]]:
+        """As `KeyedRows.rows`."""
+        return self.key, ["key", "value"]
+
+    def state(self) -> dict[str, npt.NDArray[Any]]:
+        """As `Stateful.state`."""
+        return {"key": self.key, "value": self.value}
+
+    def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
+        """As `Stateful.restore`."""
+        require_table(state, increasing="key")
+        self.key, self.value = state["key"], state["value"]

@@ -1,0 +1,140 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What of flowing water does not fit to the other entries of a model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+from tilth.errors import Problem
+from tilth.model.flow import PlaneFlowBoundary, SurfaceFlowBoundary
+from tilth.model.loads import BodyForce
+from tilth.model.problems import dotted, unknown_name
+from tilth.model.staging import loading_stages
+
+if TYPE_CHECKING:
+    from tilth.model.contact import Contact
+    from tilth.model.declaration import Declaration
+
+SAME = 1e-9
+"""Relative difference of two unit weights that are the same."""
+
+
+def flow_problems(model: Declaration) -> Iterator[Problem]:
+    """Yields what does not fit together where water flows, or does not."""
+    used = {name for body in model.bodies for name in body.materials}
+    used |= {name for _, stage in loading_stages(model) for name in stage.materials.values()}
+    conducting = [name for name, each in model.materials.items() if each.conducts_water]
+    if model.flow is None:
+        for name in conducting:
+            what = "has no meaning without a section [flow]: no water flows"
+            remedy = "add [flow] with the unit_weight of the water, or leave it out"
+            yield Problem(dotted(("materials", name, "hydraulic_conductivity")), what, remedy)
+        for i, stage in loading_stages(model):
+            if not stage.flow:
+                remedy = "leave it out, or add a section [flow]"
+                yield Problem(f"stages[{i}].flow", "has no meaning without [flow]", remedy, False)
+        return
+    if not used.intersection(conducting):
+        what = "water flows through no material"
+        remedy = "give a material of a body its `hydraulic_conductivity` and `porosity`"
+        yield Problem("flow", what, remedy)
+    yield from _weights(model)
+    yield from _time(model)
+    yield from _surfaces(model)
+    yield from _not_yet(model)
+
+
+def _weights(model: Declaration) -> Iterator[Problem]:
+    assert model.flow is not None
+    declared = [("water", model.water)]
+    declared += [(f"stages[{i}].water", stage.water) for i, stage in loading_stages(model)]
+    weight = model.flow.unit_weight
+    for key, water in declared:
+        if water is not None and abs(water.unit_weight - weight) > SAME * weight:
+            what = f"is not {key}.unit_weight, {water.unit_weight:g}"
+            remedy = "give the same: it is the same water"
+            yield Problem("flow.unit_weight", what, remedy, weight)
+    heavy = any(isinstance(load, BodyForce) for load in model.loads)
+    if heavy and not model.has_water:
+        what = "missing: a body force acts, under which the water has a pressure at rest"
+        remedy = "give its level and unit_weight; water then flows by its excess over that pressure"
+        yield Problem("water", what, remedy)
+
+
+def _time(model: Declaration) -> Iterator[Problem]:
+    """Water takes its time: it has a unit, and the schedule an end in it."""
+    if not model.units.time:
+        remedy = 'give the unit of the schedule\'s time that fits to the others, such as "day"'
+        yield Problem("units.time", "missing: where water flows time has a unit", remedy)
+    schedules = [("schedule", model.schedule)]
+    if model.stages:
+        schedules = [(f"stages[{i}].schedule", each.schedule) for i, each in loading_stages(model)]
+    for key, schedule in schedules:
+        if "end" not in schedule.model_fields_set:
+            remedy = "give the time until which the flow is computed"
+            yield Problem(f"{key}.end", "missing: where water flows it is a time", remedy)
+
+
+def _surfaces(model: Declaration) -> Iterator[Problem]:
+    assert model.flow is not None
+    bodies = {body.name: number for number, body in enumerate(model.bodies)}
+    for i, each in enumerate(model.flow.boundaries):
+        if not isinstance(each, SurfaceFlowBoundary):
+            continue
+        key = f"flow.boundaries[{i}]"
+        if each.body not in bodies:
+            yield Problem(f"{key}.body", *unknown_name("body", each.body, bodies), each.body)
+        elif model.bodies[bodies[each.body]].surface is None:
+            what = f"the body {each.body!r} has no tracked surface"
+            remedy = f"add `surface = {{}}` to bodies[{bodies[each.body]}]"
+            yield Problem(f"{key}.body", what, remedy, each.body)
+        two = [k for k in ("start", "end") if getattr(each, k) is not None]
+        three = [k for k in ("part", "within") if getattr(each, k) is not None]
+        wrong, of = (three, "3D") if model.dimension == 2 else (two, "2D")
+        for name in wrong:
+            remedy = (
+                "give `start` and `end`" if of == "3D" else "name a `part` or a region `within`"
+            )
+            yield Problem(f"{key}.{name}", f"is for surfaces in {of}", remedy)
+
+
+def _not_yet(model: Declaration) -> Iterator[Problem]:
+    """What cannot be computed together with flowing water."""
+    assert model.flow is not None
+    if model.analysis.has_mass:
+        key = "inertia" if model.analysis.inertia is not None else "beyond_limit"
+        what = "cannot be computed together with [flow]"
+        yield Problem(f"analysis.{key}", what, "leave out one of the two")
+    for key, contact in _contacts(model):
+        if contact is not None and contact.tangential in ("friction", "rough"):
+            what = f'tangential = "{contact.tangential}" cannot be computed together with [flow]'
+            remedy = 'choose "smooth", "adhesion" or "bonded"'
+            yield Problem(f"{key}.tangential", what, remedy, contact.tangential)
+
+
+def _contacts(model: Declaration) -> Iterator[tuple[str, Contact | None]]:
+    """Yields all laws of contact with their keys."""
+    named: list[tuple[str, Any]] = []
+    for section in ("boundaries", "rigid_bodies", "contact_pairs"):
+        named += [(f"{section}[{i}]", each) for i, each in enumerate(getattr(model, section))]
+    for key, each in named:
+        yield f"{key}.contact", getattr(each, "contact", None)
+        for name, own in (getattr(each, "contact_with", None) or {}).items():
+            yield dotted((f"{key}.contact_with", name)), own
+
+
+def flow_axes(model: Declaration) -> Iterator[tuple[str, Any]]:
+    """Yields the entries of flow boundaries that name axes."""
+    for i, each in enumerate(() if model.flow is None else model.flow.boundaries):
+        if isinstance(each, PlaneFlowBoundary):
+            yield f"flow.boundaries[{i}].axis", each.axis
+            yield f"flow.boundaries[{i}].range", each.range or {}
+
+
+def flow_vectors(model: Declaration) -> Iterator[tuple[str, Any]]:
+    """Yields the entries of flow boundaries with a component per direction."""
+    for i, each in enumerate(() if model.flow is None else model.flow.boundaries):
+        if isinstance(each, SurfaceFlowBoundary) and model.dimension == 2:
+            yield f"flow.boundaries[{i}].start", each.start
+            yield f"flow.boundaries[{i}].end", each.end
