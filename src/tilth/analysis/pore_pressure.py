@@ -94,12 +94,12 @@ class PorePressure:
 
     def _faces(self, of: InStep, water: PoreWater) -> Sequence[Faces]:
         """Returns the faces with the ghost term: those beside wet soil."""
-        faces = of.state.ghost.faces
-        if water.wet.all():
+        faces, active = of.state.ghost.faces, of.step.active
+        if active.comm.max(float(not water.wet.all())) == 0.0:
             return faces
         nodal = of.soil.scatter(water.wet.astype(float)[:, None])[:, 0]
-        wet = of.step.active.updated(nodal) > 0.0
-        corners = 2**of.step.active.grid.dim  # a whole cell beside the face has wet soil
+        wet = active.updated(nodal) > 0.0
+        corners = 2**active.grid.dim  # a whole cell beside the face has wet soil
         return [each.of(wet[each.node].sum(axis=1) >= corners) for each in faces]
 
     def _start(self, of: InStep, water: PoreWater, volume: Floats) -> Floats:

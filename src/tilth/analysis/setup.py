@@ -40,7 +40,7 @@ class Setup:
         round_off: residual that counts as zero [force].
         attempts: settings of Newton's iteration with which a step is tried, one after the other.
         terms: makers of the terms of the balance, in their order; weak springs follow.
-        fields: further fields than the displacement.
+        fields: further fields than the displacement and those of the state.
     """
 
     model: Model
@@ -63,10 +63,7 @@ class Setup:
         terms: Sequence[Maker],
         fields: Sequence[FieldOwner] = (),
     ) -> Setup:
-        """Returns that of a model.
-
-        state: with which it begins. fields: further ones than those that the state has.
-        """
+        """Returns that of a model; state: with which it begins."""
         young = float(state.points.elastic_moduli().young.max())
         round_off = ROUND_OFF * young * largest_face(state.grid)
         touching = bool(state.contact_surfaces or state.body_contacts)
@@ -80,7 +77,7 @@ class Setup:
             round_off=round_off,
             attempts=newton_attempts(model.analysis, {MOMENTUM: round_off}, touching),
             terms=terms,
-            fields=[*fields, *([] if state.pore_pressure is None else [state.pore_pressure])],
+            fields=fields,
         )
 
     @property

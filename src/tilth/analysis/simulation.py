@@ -40,7 +40,7 @@ class Simulation:
         initial: the undeformed points of all bodies of all stages, in the order of their numbers;
             computed if None.
         terms: makers of the terms of the balance.
-        fields: further fields than the displacement; the state has them as owners.
+        fields: further fields than those of the model; the state has them as owners.
 
     Attributes:
         setup: what is declared, or follows from it; never changes.

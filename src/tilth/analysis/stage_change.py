@@ -27,6 +27,7 @@ from tilth.model.stages import Stage
 from tilth.model.staging import copied
 from tilth.mpm.initial_points import initial_points, present_points
 from tilth.mpm.points import MaterialPoints, PointRange
+from tilth.mpm.pore_water import exchanged_pores
 from tilth.mpm.wet_mass import total_mass
 from tilth.terms.balance import Balance
 from tilth.terms.protocol import Role
@@ -58,8 +59,7 @@ def next_stage(last: Simulation, model: Model, initial: MaterialPoints) -> Simul
     moving = points.kinetic_energy(total_mass(points, last.setup.water, end))
     if not stage.inertia:
         points.motion[:] = 0.0
-    fields = [each for each in last.setup.fields if each is not last.state.pore_pressure]
-    simulation = Simulation(model, points, initial, last.setup.terms, fields)
+    simulation = Simulation(model, points, initial, last.setup.terms, last.setup.fields)
     state, warnings = simulation.state, simulation.services.warnings
     simulation.services.go_on_from(last.services)
     _carry(last.state, state, simulation.setup.model, grounds)
@@ -110,6 +110,7 @@ def _with_materials(points: MaterialPoints, initial: MaterialPoints, key: str) -
             **points.arrays(),
             "state": state,
             "parameters": initial.parameters[points.point_id],
+            "water": exchanged_pores(points, initial.water[points.point_id]),
         },  # type: ignore[arg-type]
         ranges=ranges,
         varying=initial.varying,

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from typing import Any
 
@@ -130,6 +130,11 @@ class State:
         owners |= {f"contact pair {i}": each for i, each in enumerate(self.body_contacts)}
         owners |= {f"surface {i}": each for i, each in enumerate(self.surfaces.values())}
         return owners | self.waves.owners()
+
+    @property
+    def fields(self) -> Sequence[PorePressure]:
+        """The fields that the model has besides the displacement."""
+        return [] if self.pore_pressure is None else [self.pore_pressure]
 
     def distribute(self, comm: Communicator) -> None:
         """Leaves this process its part of the points; all processes have them all before.

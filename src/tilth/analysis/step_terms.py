@@ -165,8 +165,9 @@ def balance_of(of: InStep, terms: Sequence[Term], holds_others: bool = False) ->
 
     holds_others: whether only the displacement is looked for; the others stay as they are.
     """
-    others = [each.in_step(of) for each in of.setup.fields]
-    for owner, each in zip(of.setup.fields, others, strict=True):
+    owners = [*of.setup.fields, *of.state.fields]
+    others = [each.in_step(of) for each in owners]
+    for owner, each in zip(owners, others, strict=True):
         if owner.name != each.name:
             raise ValueError(f"the owner {owner.name!r} gives a field of the name {each.name!r}")
     if holds_others:
