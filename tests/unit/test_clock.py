@@ -180,3 +180,32 @@ def test_a_step_that_cannot_be_shortened_is_the_end() -> None:
     assert clock.next_time() == 1.0
     assert not clock.is_least
     assert not clock.cut(share=0.1)
+
+
+GROWING = Schedule(steps=30, first_step_size=1e-3, end=100.0, outputs=1)
+
+
+def test_steps_that_grow() -> None:
+    times = np.array([0.0, *march(Clock(GROWING))])
+    sizes = np.diff(times)
+    assert (len(sizes), sizes[0], times[-1]) == (30, pytest.approx(1e-3), 100.0)
+    np.testing.assert_allclose(sizes[1:] / sizes[:-1], sizes[1] / sizes[0], rtol=1e-9)
+    assert times.tolist() == [GROWING.regular_time(k) for k in range(31)]
+
+
+def test_steps_that_grow_go_on_after_cuts_and_from_any_time() -> None:
+    clock = Clock(GROWING)
+    times = march(clock, fails={3, 4, 20, 21, 22})
+    regular = [GROWING.regular_time(k) for k in range(1, 31)]
+    assert set(regular) <= set(times)
+    assert times[-5:] == regular[-5:]
+    later = Clock(GROWING, step=7, time=times[11], size=0.0)
+    assert march(later) == [time for time in regular if time > times[11]]
+
+
+def test_outputs_between_steps_that_grow_are_hit() -> None:
+    asked = [1e-3 * (1.0 + 1e-12), 0.5, 7.0]
+    schedule = Schedule(steps=30, first_step_size=1e-3, end=100.0, output_times=asked)
+    times = march(Clock(schedule))
+    assert {schedule.regular_time(1), 0.5, 7.0} <= set(times)
+    assert len(times) == 32

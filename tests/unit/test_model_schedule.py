@@ -77,3 +77,17 @@ def test_wrong_schedules(entries: dict[str, object], key: str) -> None:
     with pytest.raises(BadInput) as caught:
         Schedule(**entries)
     assert caught.value.key == f"Schedule.{key}"
+
+
+@pytest.mark.parametrize(
+    ("entries", "what"),
+    [
+        ({"step_size": 0.1}, "is given with `step_size`"),
+        ({"steps": 10, "first_step_size": 0.1}, "is not less than 0.1, the size of 10 equal steps"),
+        ({"steps": 3}, "would make each step more than 10 times the one before"),
+    ],
+)
+def test_first_steps_that_do_not_fit(entries: dict[str, float], what: str) -> None:
+    with pytest.raises(BadInput, match=what) as error:
+        Schedule(**{"first_step_size": 1e-4, **entries})  # type: ignore[arg-type]
+    assert "first_step_size" in str(error.value)

@@ -43,8 +43,8 @@ class Clock:
 
     def __post_init__(self) -> None:
         self._outputs = self.schedule.times_of_output()
-        self._regular_size = self.schedule.first_step
-        self._round_off = 1e-9 * self._regular_size
+        self._regular_size = self.schedule.regular_size(self.time)
+        self._round_off = 1e-9 * self.schedule.first_step
         if self.size == 0.0:
             self.size = self._regular_size
 
@@ -88,12 +88,7 @@ class Clock:
 
     def _next_regular_time(self) -> float:
         """Returns the end of the first regular step that ends after the time reached."""
-        number = int(self.time / self._regular_size)  # to round-off: the true one is beside it
-        while self.schedule.regular_time(number) > self.time:
-            number -= 1
-        while self.schedule.regular_time(number) <= self.time:
-            number += 1
-        return self.schedule.regular_time(number)
+        return self.schedule.regular_time(self.schedule.step_at(self.time))
 
     def _next_output_time(self) -> float:
         """Returns the first time of output after the time reached."""
@@ -101,10 +96,14 @@ class Clock:
 
     def accept(self, time: float, possible: float = math.inf) -> None:
         """Records that the step to `time` has converged; possible: size of the next one at most."""
+        is_whole = self.size >= self._regular_size
         self.step += 1
         self.time = time
+        self._regular_size = self.schedule.regular_size(time)
         self.successes += 1
-        if self.successes >= GROW_AFTER and self.size < self._regular_size:
+        if is_whole:
+            self.size = self._regular_size
+        elif self.successes >= GROW_AFTER:
             self.size = min(2.0 * self.size, self._regular_size)
             self.successes = 0
         self.size = min(self.size, max(possible, self.schedule.least_step))
@@ -113,6 +112,7 @@ class Clock:
         """Records a step in which the soil comes to rest at `time`; at_rest: whether it has."""
         self.step += 1
         self.time = time
+        self._regular_size = self.schedule.regular_size(time)
         self.relaxing = not at_rest
         self.size, self.successes = self._regular_size, 0
 

@@ -244,7 +244,7 @@ def _in_schedule(progress: Progress, model: Model) -> Progress:
     time = schedule.snapped(clock.time)
     if of_stage.stage.start + time != progress.earlier_outputs.until:
         return progress  # it has gone on since
-    here = clock.model_copy(update={"time": time, "size": min(clock.size, schedule.first_step)})
+    here = clock.model_copy(update={"time": time, "size": min(clock.size, schedule.largest_step)})
     return progress.model_copy(update={"clock": here})
 
 
@@ -255,7 +255,7 @@ def _check_clock(file: Path, progress: Progress, model: Model) -> None:
     clock, schedule = progress.clock, model.of_stages[progress.stage].schedule
     for name, value, most in (
         ("time", clock.time, schedule.end),
-        ("size", clock.size, schedule.first_step * (1.0 + 1e-9)),
+        ("size", clock.size, schedule.largest_step * (1.0 + 1e-9)),
     ):
         if value > most:
             problem = f"{file}: clock.{name} = {value:g} is more than the schedule's {most:g}"

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -27,6 +28,19 @@ _ROUND_OFF = 1e-9
 _RESOLUTION = 1e-12
 """Part of the schedule that a step must exceed, so that it is not lost in the round-off of time."""
 
+LARGEST_GROWTH = 10.0
+"""Size of a step over that of the one before, at most, of steps that grow [-]."""
+
+
+def _grown(first: float, steps: int, growth: float) -> float:
+    """Returns the sum of so many steps, each `growth` times the one before."""
+    if growth == 1.0:
+        return first * steps
+    try:
+        return first * math.expm1(steps * math.log(growth)) / (growth - 1.0)
+    except OverflowError:
+        return math.inf
+
 
 class Schedule(Declared):
     """Load steps from time 0 to `end`; exactly one of `steps` and `step_size` gives their size.
@@ -42,7 +56,12 @@ class Schedule(Declared):
     end: Positive = 1.0
     """Time at the end, > 0; time is the argument of the tables of load factors."""
     steps: Count | None = None
-    """Number of equal steps."""
+    """Number of steps: equal ones, or those that `first_step_size` grows to."""
+    first_step_size: Positive | None = None
+    """With `steps`: time increment of the first of them [time], less than `end` over `steps`. Each
+    step is then longer than the one before by the same factor, at most 10, as for soil that
+    consolidates fast at first and slowly later; all are equal if not given.
+    """
     step_size: Positive | None = None
     """Time increment of the steps, > 0; the last one is shorter if they do not sum to `end`."""
     adaptive: Flag = True
@@ -68,7 +87,7 @@ class Schedule(Declared):
             what = f"is larger than the whole schedule, which ends at {self.end:g}"
             problems.append(Problem("step_size", what, value=self.step_size))
         else:
-            problems += self._resolution_problems()
+            problems += self._first_step_problems() or self._resolution_problems()
         ways = ("output_times", "outputs", "output_every")
         given = [way for way in ways if getattr(self, way) is not None]
         if len(given) > 1:
@@ -82,6 +101,22 @@ class Schedule(Declared):
         if problems:
             raise rejection(problems)
         return self
+
+    def _first_step_problems(self) -> list[Problem]:
+        """Returns what is wrong with steps that grow."""
+        first, steps = self.first_step_size, self.steps
+        if first is None:
+            return []
+        key, remedy = "first_step_size", "give it with `steps`, or leave it out"
+        if steps is None:
+            return [Problem(key, "is given with `step_size`, for equal steps", remedy, first)]
+        if first * steps >= self.end:
+            what = f"is not less than {self.end / steps:g}, the size of {steps} equal steps"
+            return [Problem(key, what, "leave it out for equal steps, or give fewer", first)]
+        if _grown(first, steps, LARGEST_GROWTH) < self.end:
+            what = f"would make each step more than {LARGEST_GROWTH:g} times the one before"
+            return [Problem(key, what, "give more steps, or a longer first one", first)]
+        return []
 
     def _resolution_problems(self) -> Iterator[Problem]:
         """Yields numbers of steps and outputs, and steps, that cannot be computed."""
@@ -136,9 +171,48 @@ class Schedule(Declared):
         """Returns the time at the end of the regular step number `step` (0: the start)."""
         if step >= self.number_of_steps:
             return self.end
+        if self.first_step_size is not None:
+            return _grown(self.first_step_size, step, self._growth)
         if self.step_size is not None:
             return step * self.step_size
         return self.end * step / self.number_of_steps
+
+    @cached_property
+    def _growth(self) -> float:
+        """Size of each step over that of the one before, of steps that grow [-]."""
+        first, steps, end = self.first_step_size, self.number_of_steps, self.end
+        assert first is not None
+        low, high = 1.0, LARGEST_GROWTH
+        while (middle := 0.5 * (low + high)) not in (low, high):
+            low, high = (low, middle) if _grown(first, steps, middle) > end else (middle, high)
+        return high
+
+    def step_at(self, time: float) -> int:
+        """Returns the number of the regular step in which a time lies, from 1 on.
+
+        The end of a step belongs to the next one, but for the last.
+        """
+        number = int(time / self.first_step)  # to round-off: the true one is beside it
+        if self.first_step_size is not None:
+            share = 1.0 + time / self.first_step_size * (self._growth - 1.0)
+            number = int(math.log(share) / math.log(self._growth))
+        while self.regular_time(number) > time:
+            number -= 1
+        while self.regular_time(number) <= time and number < self.number_of_steps:
+            number += 1
+        return max(number, 1)
+
+    def regular_size(self, time: float) -> float:
+        """Returns the time increment of the regular step in which a time lies; see `step_at`."""
+        if self.first_step_size is None:
+            return self.first_step
+        number = self.step_at(time)
+        return self.regular_time(number) - self.regular_time(number - 1)
+
+    @property
+    def largest_step(self) -> float:
+        """Greatest time increment of a regular step."""
+        return self.regular_size(self.end)
 
     def times_of_output(self) -> tuple[float, ...]:
         """Returns the times of output after the start, increasing; the last is `end`.
@@ -167,5 +241,10 @@ class Schedule(Declared):
 
     def _snapped(self, time: float) -> float:
         """Returns the regular time that equals `time` to round-off, or `time` itself."""
-        nearest = self.regular_time(round(time / self.first_step))
+        number = round(time / self.first_step)
+        if self.first_step_size is not None:
+            here = self.step_at(time)
+            around = [k for k in (here - 1, here) if k > 0]
+            number = min(around, key=lambda k: abs(self.regular_time(k) - time))
+        nearest = self.regular_time(number)
         return nearest if abs(time - nearest) <= _ROUND_OFF * self.first_step else time

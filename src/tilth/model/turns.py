@@ -24,7 +24,7 @@ def turns_in_steps(model: Declaration) -> Iterator[Problem]:
     They are prescribed, or those of free bodies at the start. From half a turn on a step cannot
     tell one direction from the other, and a whole turn is none.
     """
-    size, end = model.schedule.first_step, model.schedule.end
+    size, end = model.schedule.largest_step, model.schedule.end
     for key, rows in _rotations(model):
         time, angle = np.array(rows, dtype=float).T
         # between its rows an angle is linear: the largest change is in a step that ends at one
