@@ -46,6 +46,7 @@ TYPE_DESCRIPTIONS = {
     "MaterialsAtRest": "table material = table, see below",
     "InitialStresses": "list of tables, see below",
     "InitialVelocities": "list of tables, see below",
+    "InitialPorePressures": "list of tables, see below",
     "AngularVelocity": "number; in 3D a list of three",
     "Inertia": "table, see below",
     "RayleighDamping": "table, see below",
@@ -332,6 +333,7 @@ def page() -> str:
         ),
         _section("A material in `materials` of a stress at rest", model.MaterialAtRest, 4),
         _section("`[[initial.velocity]]`", model.InitialVelocity, 3),
+        _section("`[[initial.pore_pressure]]`", model.InitialPorePressure, 3),
         "## `[[loads]]`",
         *_variants(
             "type", model.BodyForce, model.SeismicLoad, model.PointForce, model.LineForce,

@@ -90,7 +90,8 @@ class PorePressure:
         return found
 
     def _pores(self, of: InStep) -> PoreWater:
-        return PoreWater.of(of.soil.points, self._bulk_modulus, self._flows)
+        points = of.soil.points
+        return PoreWater.of(points, points.water, self._bulk_modulus, self._flows)
 
     def _faces(self, of: InStep, water: PoreWater) -> Sequence[Faces]:
         """Returns the faces with the ghost term: those beside wet soil."""

@@ -171,7 +171,9 @@ def balance_of(of: InStep, terms: Sequence[Term], holds_others: bool = False) ->
         if owner.name != each.name:
             raise ValueError(f"the owner {owner.name!r} gives a field of the name {each.name!r}")
     if holds_others:
-        others = [replace(each, active=np.zeros(each.nodes.count, dtype=bool)) for each in others]
+        none = [np.zeros(each.nodes.count, dtype=bool) for each in others]
+        pairs = zip(others, none, strict=True)
+        others = [replace(each, active=active, prescribed=None) for each, active in pairs]
     fields = [displacement_of(of.step.active, of.step.conditions), *others]
     return Balance(of.step.active, terms, fields)
 

@@ -50,6 +50,7 @@ from tilth.model.initial import AtRest as AtRest
 from tilth.model.initial import GivenStress as GivenStress
 from tilth.model.initial import GravityStress as GravityStress
 from tilth.model.initial import Initial as Initial
+from tilth.model.initial import InitialPorePressure as InitialPorePressure
 from tilth.model.initial import InitialVelocity as InitialVelocity
 from tilth.model.initial import MaterialAtRest as MaterialAtRest
 from tilth.model.initial import StressOfRun as StressOfRun

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The state of the bodies at the start: their stress and velocity."""
+"""The state of the bodies at the start: their stress, velocity and pore pressure."""
 
 from __future__ import annotations
 
@@ -256,6 +256,19 @@ class InitialVelocity(Declared):
         return self
 
 
+class InitialPorePressure(Declared):
+    """Excess pore pressure of a body at the start, where water flows."""
+
+    body: Name
+    """Name of the body; water flows through at least one of its materials."""
+    excess_pore_pressure: VaryingReal
+    """Excess over the water at rest [stress], compression positive: a number, or varying from place
+    to place as the parameters of a material do. The stress of [[initial.stress]] is the effective
+    one; the total one is that less the pore pressure.
+    """
+
+
+InitialPorePressures = Annotated[Sequence[InitialPorePressure], Entries, AsTuple]
 InitialVelocities = Annotated[Sequence[InitialVelocity], Entries, AsTuple]
 InitialStresses = Annotated[Sequence[InitialStress], Entries, AsTuple]
 
@@ -272,6 +285,9 @@ class Initial(Declared):
     velocity: InitialVelocities = ()
     """Velocity of bodies, an entry [[initial.velocity]] for each; bodies without one are at rest.
     With `analysis.inertia` only."""
+    pore_pressure: InitialPorePressures = ()
+    """Excess pore pressure of bodies, an entry [[initial.pore_pressure]] for each; bodies without
+    one have none. With `[flow]` only."""
     equilibrium: Flag = True
     """Whether equilibrium is found before the first step; without it the first step has to balance
     what the declared stress does not."""
@@ -279,7 +295,7 @@ class Initial(Declared):
     """Whether the equivalent plastic strain begins with zero after this equilibrium."""
 
     def functions(self) -> list[Any]:
-        """Returns the functions of the user, "file.py:name", that give a stress or a velocity."""
+        """Returns the functions of the user, "file.py:name", that give a part of the state."""
         found = [v for _, each in self.entries() for v in variations(each).values()]
         return [getattr(each, "function", None) for each in found]
 
@@ -291,6 +307,8 @@ class Initial(Declared):
                 yield f"initial.stress[{i}]{'.' if key else ''}{key}", part
         for i, velocity in enumerate(self.velocity):
             yield f"initial.velocity[{i}]", velocity
+        for i, pressure in enumerate(self.pore_pressure):
+            yield f"initial.pore_pressure[{i}]", pressure
 
     def of(self, body: str) -> tuple[str, InitialStress] | None:
         """Returns the key and the entry of a body's stress; None without one."""

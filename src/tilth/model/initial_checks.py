@@ -21,9 +21,10 @@ if TYPE_CHECKING:
 
 
 def initial_problems(model: Declaration) -> Iterator[Problem]:
-    """Yields what is wrong with the initial stress and velocity."""
+    """Yields what is wrong with the initial stress, velocity and pore pressure."""
     yield from _entries(model)
     yield from _velocities(model)
+    yield from _pore_pressures(model)
     later = placed_later(model)
     for i, body in enumerate(model.bodies):
         entry = model.initial.of(body.name)
@@ -77,6 +78,30 @@ def _entries(model: Declaration) -> Iterator[Problem]:
         if isinstance(entry, GravityStress) and not model.initial.equilibrium:
             what = "gravity loading is a search for equilibrium, which is switched off"
             yield Problem("initial.equilibrium", what, "leave it out", value=False)
+
+
+def _pore_pressures(model: Declaration) -> Iterator[Problem]:
+    bodies = {body.name: body for body in model.bodies}
+    numbers: dict[str, int] = {}
+    later = placed_later(model)
+    for i, entry in enumerate(model.initial.pore_pressure):
+        key = f"initial.pore_pressure[{i}]"
+        if model.flow is None:
+            yield Problem(key, "has no meaning without [flow]", "add it, or leave this out")
+        if entry.body not in bodies:
+            yield Problem(f"{key}.body", *unknown_name("body", entry.body, bodies), entry.body)
+            continue
+        if numbers.setdefault(entry.body, i) != i:
+            what = f"has its pressure from initial.pore_pressure[{numbers[entry.body]}] already"
+            yield Problem(f"{key}.body", what, "keep one entry for each body", entry.body)
+        materials = [model.materials.get(name) for name in bodies[entry.body].materials]
+        if not any(each is None or each.conducts_water for each in materials):
+            what = "no water flows through its material"
+            remedy = "give the material a `hydraulic_conductivity`, or leave this entry out"
+            yield Problem(f"{key}.body", what, remedy, entry.body)
+        if entry.body in later:
+            what = "is placed by a stage, without excess pore pressure"
+            yield Problem(f"{key}.body", what, "leave this entry out", entry.body)
 
 
 def _velocities(model: Declaration) -> Iterator[Problem]:

@@ -18,15 +18,10 @@ from tilth.mpm.apart import require_apart
 from tilth.mpm.domains import keep_off_axis
 from tilth.mpm.initial_motion import initial_motion
 from tilth.mpm.initial_stress import Start, declared_start, start_with_stress
+from tilth.mpm.initial_water import initial_water
 from tilth.mpm.layers import by_layer
 from tilth.mpm.points import MaterialPoints, PointRange
-from tilth.mpm.pore_water import (
-    CONDUCTIVITY,
-    POROSITY,
-    STORED,
-    WATER_COLUMNS,
-    Permeability,
-)
+from tilth.mpm.pore_water import Permeability
 from tilth.mpm.user_moduli import require_declared_moduli
 from tilth.variation.evaluate import parameter_values
 
@@ -47,7 +42,6 @@ def initial_points(model: Model) -> MaterialPoints:
     parameters: dict[int, Floats] = {}
     starts: dict[int, Start] = {}
     declared: list[dict[str, Floats]] = []
-    pores: list[Floats] = []
     start, overlays, grid = 0, model.overlays(), background_grid(model)
     first = model if model.initial_model is None else model.initial_model
     for number, body in enumerate(model.bodies):
@@ -61,7 +55,6 @@ def initial_points(model: Model) -> MaterialPoints:
             own = slice(begin, begin + count)
             start_of_layer = None if declared_starts is None else declared_starts[layer]
             values, found = _parameters(model, name, part.position[own], start_of_layer, grid)
-            pores.append(_pores(model, name, found, count))
             if values.ndim == 2:
                 parameters[len(ranges)] = values
             if start_of_layer is not None:
@@ -103,7 +96,7 @@ def initial_points(model: Model) -> MaterialPoints:
         parameters,
         _at_all_points(ranges, declared, start),
     )
-    points.water = np.concatenate(pores)
+    points.water = initial_water(model, points)
     require_apart(model, points, grid)
     if model.bodies == first.bodies:
         start_with_stress(points, model, starts)
@@ -138,20 +131,6 @@ def _parameters(
         entries |= start.parameters
     at = ParametersAt(entries.__getitem__, _cell_length(grid, position))
     return material.parameter_array(at, len(position)), varying
-
-
-def _pores(model: Model, name: str, varying: Mapping[str, Floats], points: int) -> Floats:
-    """Returns the water of points of a material at the start, see `MaterialPoints.water`."""
-    if model.flow is None:
-        return np.zeros((points, 0))
-    material = model.materials[name]
-    water = np.zeros((points, WATER_COLUMNS))
-    if material.conducts_water:
-        water[:, POROSITY] = varying.get("porosity", material.porosity)
-        conductivity = varying.get("hydraulic_conductivity", material.hydraulic_conductivity)
-        water[:, CONDUCTIVITY] = np.asarray(conductivity) / model.flow.unit_weight
-        water[:, STORED] = water[:, POROSITY]
-    return water
 
 
 def _cell_length(grid: Grid, position: Floats) -> Values:

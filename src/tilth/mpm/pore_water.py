@@ -57,11 +57,16 @@ class PoreWater:
     bulk_modulus: float = np.inf
 
     @classmethod
-    def of(cls, points: MaterialPoints, bulk_modulus: float, flows: bool) -> PoreWater:
-        """Returns the pores of material points; flows: whether there is flow in the stage."""
-        conductivity = points.water[:, CONDUCTIVITY] if flows else np.zeros(len(points))
+    def of(
+        cls, points: MaterialPoints, water: Floats, bulk_modulus: float, flows: bool = True
+    ) -> PoreWater:
+        """Returns the pores of material points.
+
+        water: as `MaterialPoints.water`. flows: whether there is flow in the stage.
+        """
+        conductivity = water[:, CONDUCTIVITY] if flows else np.zeros(len(points))
         laws = [(range_.points, range_.permeability) for range_ in points.ranges]
-        return cls(points.water[:, POROSITY], conductivity, laws, bulk_modulus)
+        return cls(water[:, POROSITY], conductivity, laws, bulk_modulus)
 
     @cached_property
     def wet(self) -> Flags:
