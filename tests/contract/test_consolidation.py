@@ -8,16 +8,15 @@ from typing import Any
 
 import numpy as np
 import pytest
-from consolidating import Pores, with_pores
+from consolidating import Pores, with_flow, with_pores
 from scipy.optimize import brentq
 from small_problems import block_entries, plane, rollers
 
 from tilth import Model
-from tilth.analysis.setup import InStep, Maker
+from tilth.analysis.pore_pressure import PorePressure
+from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.mpm.pore_water import PRESSURE, Permeability
-from tilth.mpm.quadrature import locate_in_cells
-from tilth.terms.pore_water import GivenPressure
 
 NU = 0.2
 SHEAR = 1000.0 / (2.0 * (1.0 + NU))
@@ -100,33 +99,13 @@ CENTRES = {
 the Laplace transform, 7 digits."""
 
 
-class Rim(Pores):
-    """Pores of a disc or sphere without pressure at its rim, of this radius."""
+def at_centre(
+    kind: str, basis: str, radius: float, pores: Pores | PorePressure | None = None, drain: str = ""
+) -> dict[float, float]:
+    """Pressure at the centre of a quarter, in cells of size 1, over the load on the rim.
 
-    radius = 8.3
-
-    def terms(self) -> Maker:
-        """With a given pressure on the rim, which cuts the cells anywhere."""
-        others = super().terms()
-
-        def make(of: InStep) -> Any:
-            found = list(others(of))
-            count = 400
-            angle = 0.5 * np.pi * (np.arange(count) + 0.5) / count
-            normal = np.column_stack([np.cos(angle), np.sin(angle)])
-            order, at = locate_in_cells(of.step.active, self.radius * normal)
-            weight = np.full(count, 0.5 * np.pi / count * self.radius)
-            if of.soil.kind == "axisymmetric":
-                weight *= 2.0 * np.pi * self.radius * normal[:, 0]
-            water = found[0]._water
-            rim = GivenPressure(water, at, normal[order], weight[order], np.zeros(count))
-            return [*found, rim]
-
-        return make
-
-
-def at_centre(kind: str, basis: str, pores: Pores, radius: float) -> dict[float, float]:
-    """Pressure at the centre of a quarter, in cells of size 1, over the load on the rim."""
+    Drained at its rim, a circle or the tracked surface, by the input, if there are no other pores.
+    """
     entries = block_entries(kind, basis)
     entries["materials"]["soil"] |= {"young_modulus": 1000.0, "poisson_ratio": NU}
     angle = np.linspace(0.0, 0.5 * np.pi, 91)
@@ -142,7 +121,18 @@ def at_centre(kind: str, basis: str, pores: Pores, radius: float) -> dict[float,
          "start": [radius, 0.0], "end": [0.0, radius]}
     ]  # fmt: skip
     entries["schedule"] = {"steps": 1, "end": 1e9}
-    simulation = with_pores(Model.from_dict(entries), pores)
+    if pores is None:
+        circle = {"type": "circle", "centre": [0.0, 0.0], "radius": radius, "soil": "inside"}
+        boundary = {"type": "implicit", "geometry": circle}
+        if drain == "surface":
+            boundary = {key: entries["loads"][0][key] for key in ("type", "body", "start", "end")}
+        boundary |= {"name": "rim", "condition": "drained"}
+        simulation = Simulation(with_flow(entries, [boundary]))
+        assert simulation.state.pore_pressure is not None
+        pores = simulation.state.pore_pressure
+    else:
+        assert isinstance(pores, Pores)
+        simulation = with_pores(Model.from_dict(entries), pores)
     found, unit = {}, radius**2 / CONSTRAINED
     times = [0.0, 1e-4, *np.geomspace(1e-3, 0.01, 8), *np.linspace(0.01, 0.2, 39)[1:]]
     for before, after in pairwise(times):
@@ -152,16 +142,19 @@ def at_centre(kind: str, basis: str, pores: Pores, radius: float) -> dict[float,
     return found
 
 
-@pytest.mark.parametrize("basis", ["linear", "gimp"])
-@pytest.mark.parametrize("radius", [7.9, 8.3])
+RIMS = [
+    *((basis, radius, "implicit") for basis in ("linear", "gimp") for radius in (7.9, 8.3)),
+    ("gimp", 8.3, "surface"),
+]
+
+
+@pytest.mark.parametrize(("basis", "radius", "drain"), RIMS)
 @pytest.mark.parametrize(("kind", "bound"), [("plane_strain", 0.012), ("axisymmetric", 0.02)])
 def test_a_drained_rim_that_cuts_cells_anywhere(
-    kind: str, bound: float, radius: float, basis: str
+    kind: str, bound: float, basis: str, radius: float, drain: str
 ) -> None:
     """About eight cells to the centre; errors over the load."""
-    pores = Rim()
-    pores.radius = radius
-    found = at_centre(kind, basis, pores, radius)
+    found = at_centre(kind, basis, radius, drain=drain)
     for time, expected in CENTRES[kind].items():
         assert found[time] == pytest.approx(expected, abs=bound)
 
@@ -169,7 +162,7 @@ def test_a_drained_rim_that_cuts_cells_anywhere(
 def test_no_pressure_at_the_nodes_outside_drains_too_late() -> None:
     """The usual practice, for comparison: the rim is then up to a cell too far away."""
     pores = Pores(drained=lambda x: np.hypot(*x.T) > 8.3)
-    found = at_centre("plane_strain", "gimp", pores, 8.3)
+    found = at_centre("plane_strain", "gimp", 8.3, pores)
     assert found[0.05] < CENTRES["plane_strain"][0.05] - 0.05
     assert found[0.2] > CENTRES["plane_strain"][0.2] + 0.1
 

@@ -53,7 +53,7 @@ ROOMS = [
 
 ROOMS_OF_BOUNDARIES = [
     "__init__",
-    "absorbing",
+    "absorbing flow",
     "step",
     "contact implicit",
     "surfaces",

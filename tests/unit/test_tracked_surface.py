@@ -107,7 +107,7 @@ def test_arc_lengths_count_from_the_start_of_a_part() -> None:
     surface, active = surface_of(simulation), simulation.check()
     quadrature = surface.quadrature(active)
     for number, start, length in ((0, [2.1, 2.2], 2.0), (1, [0.1, 1.7], 1.09)):
-        loaded, arc = surface.loaded(number, quadrature)
+        loaded, arc = surface.of_part(f"loads[{number}]", quadrature)
         distance = np.linalg.norm(loaded.position - start, axis=1)
         np.testing.assert_allclose(arc, distance, atol=1e-12)
         total = np.linalg.norm(loaded.edges[:, 0], axis=1).sum()
@@ -164,7 +164,7 @@ def test_a_boundary_point_that_leaves_the_soil_fails_the_step() -> None:
         simulation.advance(0.0, 0.1)
     entries["loads"] = [{"type": "surface", "body": "square", "pressure": 1.0}]
     simulation = Simulation(Model.from_dict(entries))
-    with pytest.raises(StepFailed, match="the loaded surface of 'square' left the soil"):
+    with pytest.raises(StepFailed, match="a part of the surface of 'square' left the soil"):
         simulation.advance(0.0, 0.1)
 
 
@@ -216,7 +216,7 @@ def test_a_surface_in_space_without_load_moves_beside_vertices_far_from_the_soil
         lifted = Triangles(place, before.triangle, before.part, before.part_number)
         surface.triangles = replace(surface.triangles, current=lifted)
         if loads:
-            with pytest.raises(StepFailed, match="the loaded surface of 'square' left the soil"):
+            with pytest.raises(StepFailed, match="a part of the surface of 'square' left the soil"):
                 simulation.advance(0.0, 0.5)
             continue
         simulation.advance(0.0, 0.5)

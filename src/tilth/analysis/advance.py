@@ -68,6 +68,8 @@ def advance(
     move_surfaces(state, services.warnings, balance.active, displacement, moved)
     with timers.measure("boundaries"):
         result = result_of(step, balance, equilibrium, state.kept_contact, state.kept_ghost)
+    if state.pore_pressure is not None:
+        result = state.pore_pressure.with_discharge(result, step.size)
     balance.commit(equilibrium.x, checked)
     state.waves.commit(before, after)
     for pair in state.body_contacts:

@@ -52,6 +52,8 @@ def check_first_step(
     require_thin_shapes_held(state.contact_surfaces, begins, state.points, state.grid)
     for boundary in state.implicit:
         boundary.require_soil(state.points.position)
+    if state.pore_pressure is not None and not in_advance:
+        state.pore_pressure.require_soil(state.points, step.active)
     times = [*table_times(model), *state.waves.peak_times(model.schedule.end)]
     require_consistency(state.boundaries, step.constraints, times, model.boundary_keys())
     require_no_radial_motion(state.axis, state.boundaries, state.implicit, step.active, times)

@@ -252,14 +252,14 @@ def _far_positions(model: Model, points: MaterialPoints, grid: Grid) -> Iterator
 
 
 def _long_parts(surfaces: Mapping[str, BodySurface]) -> Iterator[tuple[str, str]]:
-    """Loads on more than half an outline, as where their ends are exchanged."""
+    """Parts of more than half an outline, as where their ends are exchanged."""
     for name, surface in surfaces.items():
-        for number, share in surface.long_parts().items():
+        for key, share in surface.long_parts().items():
             yield (
-                f"length of load {number}",
-                f"loads[{number}].start: the load acts on {100.0 * share:.0f} % of the closed "
-                f"outline of {name!r}, from `start` to `end` with the soil on the left; to load "
-                "the other part exchange `start` and `end`",
+                f"length of {key}",
+                f"{key}.start: the part is {100.0 * share:.0f} % of the closed outline of "
+                f"{name!r}, from `start` to `end` with the soil on the left; for the other part "
+                "exchange `start` and `end`",
             )
 
 

@@ -4,16 +4,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from tilth.algebra.field import Field, GivenChange
+from tilth.analysis.step_result import StepResult, outflow_of
 from tilth.arrays import Floats, Integers, require_table
 from tilth.boundaries.flow import FlowBoundaries
 from tilth.grid.keys import find_keys
 from tilth.model import Model
+from tilth.mpm.active_grid import ActiveGrid
+from tilth.mpm.points import MaterialPoints
 from tilth.mpm.pore_water import PRESSURE, PoreWater
 from tilth.terms.ghost import Faces
 from tilth.terms.pore_water import (
@@ -44,6 +48,8 @@ class PorePressure:
         name: of the field.
         key: of the nodes of the last step, shape (nodes,).
         value: their excess pore pressures [stress], shape (nodes, 1).
+        drained: water that has left through each of all flow boundaries since the start
+            [length^dim], in axisymmetry of the full circle, shape (boundaries,).
     """
 
     name = PORE_PRESSURE
@@ -53,6 +59,8 @@ class PorePressure:
         self._flows = model.water_flows
         self._bulk_modulus = model.flow.bulk_modulus or np.inf
         self._boundaries = FlowBoundaries(model)
+        self._names = [each.name for each in model.all_flow_boundaries()]
+        self.drained: Floats = np.zeros(len(self._names))
         self.key: Integers = np.zeros(0, dtype=np.int64)
         self.value: Floats = np.zeros((0, 1))
 
@@ -86,8 +94,37 @@ class PorePressure:
             GhostPressure(here, self._faces(of, water)),
         ]  # fmt: skip
         if self._flows:
-            found += self._boundaries.terms(here, of.step.before, of.step.after)
+            surfaces = of.state.surfaces
+            found += self._boundaries.terms(here, surfaces, of.step.before, of.step.after)
         return found
+
+    def with_discharge(self, result: StepResult, size: float) -> StepResult:
+        """Returns the result of a step with what flows out through the planes; adds up all flow.
+
+        All processes call it after the step of this size [time] has converged.
+        """
+        outflow = dict(result.outflow)
+        if self._flows:
+            reaction = result.equilibrium.reactions[PORE_PRESSURE]
+            for name, nodal in self._boundaries.outflow_of_nodes(result.active, reaction).items():
+                outflow[name] = outflow_of(result.active, nodal)
+        self.drained = self.drained + [outflow.get(name, 0.0) for name in self._names]
+        return replace(result, outflow=outflow, size=size)
+
+    def drained_through(self, name: str) -> float:
+        """Returns the water that has left through a flow boundary since the start."""
+        return float(self.drained[self._names.index(name)])
+
+    def require_soil(self, points: MaterialPoints, active: ActiveGrid) -> None:
+        """As `FlowBoundaries.require_soil`."""
+        if self._flows:
+            self._boundaries.require_soil(points, active)
+
+    def go_on_from(self, last: PorePressure, same_grid: bool) -> None:
+        """Takes over from the last stage; the nodes' pressures if they are the same nodes."""
+        self.drained = last.drained
+        if same_grid:
+            self.key, self.value = last.key, last.value
 
     def _pores(self, of: InStep) -> PoreWater:
         points = of.soil.points
@@ -131,9 +168,12 @@ class PorePressure:
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """As `Stateful.state`."""
-        return {"key": self.key, "value": self.value}
+        return {"key": self.key, "value": self.value, "drained": self.drained}
 
     def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
         """As `Stateful.restore`."""
-        require_table(state, increasing="key")
+        if state["drained"].shape != self.drained.shape:
+            raise ValueError("'drained' is not of the declared flow boundaries")
+        require_table({name: state[name] for name in ("key", "value")}, increasing="key")
         self.key, self.value = state["key"], state["value"]
+        self.drained = state["drained"]

@@ -228,8 +228,8 @@ class State:
             self.waves.go_on_from(last.waves)
         if self.relaxation is not None and last.relaxation is not None:
             self.relaxation.number = last.relaxation.number
-        if same_grid and self.pore_pressure is not None and last.pore_pressure is not None:
-            self.pore_pressure.restore(last.pore_pressure.state())
+        if self.pore_pressure is not None and last.pore_pressure is not None:
+            self.pore_pressure.go_on_from(last.pore_pressure, same_grid)
         if same_grid:
             self.ghost.restore(last.ghost.state())
             self.edge_support.restore(last.edge_support.state())

@@ -61,6 +61,9 @@ class StepResult:
         stabilisation_work: work that ghost stabilisation takes in the step [force length].
         gap_work: the same of contact where gaps close or open, see `SlipWork`.
         radiated_work: energy that leaves through absorbing boundaries less what comes in.
+        outflow: water that leaves through flow boundaries in the step, of all processes
+            [length^dim], in axisymmetry of the full circle, by name of the boundary.
+        size: of the step [time]; 0 where no water flows.
         possible_size: greatest size of a step relative to this one that keeps the declared limits
             of error and motion; infinite without limits.
         relaxing: of a step in which soil comes to rest; None in all others.
@@ -80,6 +83,8 @@ class StepResult:
     stabilisation_work: float = 0.0
     gap_work: float = 0.0
     radiated_work: float = 0.0
+    outflow: dict[str, float] = field(default_factory=dict)
+    size: float = 0.0
     possible_size: float = math.inf
     relaxing: Relaxing | None = None
 
@@ -88,6 +93,10 @@ class StepResult:
         """Nodal forces of all boundaries on the soil [force], shape (nodes, dim)."""
         of_boundaries = [f for name, f in self.forces.items() if name not in self.between_bodies]
         return np.asarray(np.sum([np.zeros_like(self.equilibrium.load), *of_boundaries], axis=0))
+
+    def discharge(self, name: str) -> float:
+        """Returns the water per time that leaves through a flow boundary; 0 if it does not act."""
+        return self.outflow[name] / self.size if self.size > 0.0 and name in self.outflow else 0.0
 
     def resultant(self, name: str) -> Floats:
         """Returns the force of a boundary on the soil [force], (dim,); all processes call it."""
@@ -192,12 +201,19 @@ def result_of(
         gap_work=sum(each.gaps for each in works),
         radiated_work=sum(each.radiated for each in works),
     )
+    outflow = {name: nodal for of in outcomes for name, nodal in of.outflow.items()}
     twice = balance.load_before + equilibrium.load + reaction_before + result.reaction
     work = 0.5 * balance.active.work(twice, equilibrium.displacement)
     work += sum(of.work.surface for of, each in contacts if not each.is_between_bodies)
     for of in outcomes:  # those of inertia, which are no part of this work, after it
         forces |= of.forces
-    return replace(result, forces=forces, work=work)
+    flows = {name: outflow_of(balance.active, nodal) for name, nodal in outflow.items()}
+    return replace(result, forces=forces, work=work, outflow=flows)
+
+
+def outflow_of(active: ActiveGrid, nodal: Floats) -> float:
+    """Returns the sum of a volume of water over the nodes of all processes, (nodes, 1)."""
+    return float(total(active.comm, np.asarray(nodal[active.owned].sum(axis=0)))[0])
 
 
 def _stabilisation_work(

@@ -25,6 +25,7 @@ from tilth.model.fields import AXES
 from tilth.model.track import OF_RELAXATION
 from tilth.mpm.domains import upper_edges
 from tilth.mpm.points import MaterialPoints
+from tilth.mpm.pore_water import STORED
 from tilth.mpm.water import PhreaticSurface
 from tilth.mpm.wet_mass import effective_stress, pore_pressure, total_stress
 from tilth.terms.loads import nearest_points
@@ -83,6 +84,10 @@ class Tracker:
             return lambda setup, state, result, energies: embedment.depth(setup, state, result)
         if track.quantity == "penetration":
             return lambda setup, state, result, energies: _penetration(track, state, result)
+        if track.quantity in ("discharge", "drained_volume"):
+            return lambda setup, state, result, energies: _flow(track, state, result)
+        if track.quantity == "stored_water":
+            return lambda setup, state, result, energies: _stored_water(track, state)
         if track.at is not None:
             ids = nearest_points(initial, track.at, self._model.cell_size, track.body)
             if track.quantity == "state":
@@ -140,6 +145,8 @@ def unit_of(track: Track, model: Model) -> str:
         return units.stress if model.state_units()[track.variable or ""] == "stress" else ""
     if track.quantity == "enclosed":
         return f"{units.length}^{model.dimension}"
+    if track.quantity in ("discharge", "drained_volume", "stored_water"):
+        return water_unit(model, per_time=track.quantity == "discharge")
     if track.quantity in ("energy", "moment"):
         return moment_unit(model)
     return units.length
@@ -151,6 +158,15 @@ def rate_unit(model: Model, order: int) -> str:
     if not (length and time):
         return ""
     return f"{length}/{time}" if order == 1 else f"{length}/{time}^2"
+
+
+def water_unit(model: Model, per_time: bool) -> str:
+    """Returns the label of a volume of water, per length in plane strain; without labels none."""
+    length, time = model.units.length, model.units.time
+    if not (length and time):
+        return ""
+    volume = f"{length}^3/{length}" if model.analysis.kind == "plane_strain" else f"{length}^3"
+    return f"{volume}/{time}" if per_time else volume
 
 
 def _reaction(track: Track, state: State, result: StepResult | None) -> float:
@@ -218,6 +234,21 @@ def _there(state: State, ids: Integers, values: Floats) -> Floats:
     found = state.comm.gathered((state.points.point_id[index], values[index]))
     order = np.argsort(np.concatenate([number for number, _ in found]), kind="stable")
     return np.concatenate([each for _, each in found])[order]
+
+
+def _flow(track: Track, state: State, result: StepResult | None) -> float:
+    name = track.boundary or ""
+    if track.quantity == "discharge":
+        return 0.0 if result is None else result.discharge(name)
+    assert state.pore_pressure is not None
+    return state.pore_pressure.drained_through(name)
+
+
+def _stored_water(track: Track, state: State) -> float:
+    points = state.owned_points
+    stored = points.initial_volume * points.water[:, STORED]
+    own = slice(None) if track.body is None else points.of_body(track.body)
+    return state.comm.sum(float(stored[own].sum()))
 
 
 def _enclosed(state: State, name: str) -> float:

@@ -24,6 +24,7 @@ from tilth.model.sizes import size_problems
 from tilth.model.stage_checks import problems_in_stages, stage_problems
 from tilth.model.staging import loading_stages
 from tilth.model.surface import SurfaceLoad
+from tilth.model.track import OF_FLOW, OF_FLOW_BOUNDARIES
 from tilth.model.track_checks import track_problems
 from tilth.model.turns import turns_in_steps
 
@@ -127,8 +128,11 @@ def _unknown_references(model: Declaration) -> Iterator[Problem]:
                 what = f"the body {track.body!r} has no tracked surface that could enclose anything"
                 remedy = f"add `surface = {{}}` to bodies[{number}]"
                 yield Problem(f"track[{i}].body", what, remedy, track.body)
-        if track.boundary is not None and track.boundary not in boundaries:
-            words = unknown_name("boundary", track.boundary, boundaries)
+        known, kind = boundaries, "boundary"
+        if track.quantity in OF_FLOW_BOUNDARIES:
+            known, kind = dict.fromkeys(model.flow_boundary_keys()), "flow boundary"
+        if track.boundary is not None and track.boundary not in known:
+            words = unknown_name(kind, track.boundary, known)
             yield Problem(f"track[{i}].boundary", *words, track.boundary)
 
 
@@ -199,6 +203,9 @@ def _needs_water(model: Declaration) -> Iterator[Problem]:
             remedy = "add a section [water]; an undrained law has a state variable instead"
             what = "there is no water"
             yield Problem(f"track[{i}].quantity", what, remedy, track.quantity)
+        if track.quantity in OF_FLOW and model.flow is None:
+            remedy = "add a section [flow]"
+            yield Problem(f"track[{i}].quantity", "no water flows", remedy, track.quantity)
 
 
 def _densities(model: Declaration) -> Iterator[Problem]:

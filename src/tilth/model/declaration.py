@@ -16,7 +16,7 @@ from tilth.model.bodies import Body
 from tilth.model.boundaries import AffineBoundary, Boundary, NodeBoundary, PlaneBoundary
 from tilth.model.contact_pairs import ContactPair, overlays_of_bodies
 from tilth.model.fields import AXES, AsTuple, Entries, Name, Text
-from tilth.model.flow import Flow, ImplicitFlowBoundary
+from tilth.model.flow import Flow, FlowBoundary, ImplicitFlowBoundary
 from tilth.model.geometry import DeclaredGeometry
 from tilth.model.grading import (
     GridAxis,
@@ -289,12 +289,16 @@ class Declaration(DeclaredFile):
             return dict(self.stage.rigid_body_keys)
         return {each.name: f"rigid_bodies[{i}]" for i, each in enumerate(self.rigid_bodies)}
 
+    def all_flow_boundaries(self) -> Sequence[FlowBoundary]:
+        """Returns the flow boundaries of all stages as declared; `flow` has those that act."""
+        if self.stage.flow_boundaries is not None:
+            return self.stage.flow_boundaries
+        return () if self.flow is None else self.flow.boundaries
+
     def flow_boundary_keys(self) -> dict[str, str]:
         """Returns where each flow boundary stands in the case file, by name."""
-        if self.stage.flow_boundary_keys is not None:
-            return dict(self.stage.flow_boundary_keys)
-        boundaries = () if self.flow is None else self.flow.boundaries
-        return {each.name: f"flow.boundaries[{i}]" for i, each in enumerate(boundaries)}
+        declared = enumerate(self.all_flow_boundaries())
+        return {each.name: f"flow.boundaries[{i}]" for i, each in declared}
 
     def shapes_of(self, body: RigidBody) -> list[tuple[str, DeclaredGeometry]]:
         """Returns the shapes of a rigid body with their places in the case file."""

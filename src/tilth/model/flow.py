@@ -23,18 +23,10 @@ _VALUES = {"pressure": "excess_pressure", "flux": "flux"}
 class _FlowBoundary(Declared):
     name: CellName
     """Name of the flow boundary, different from those of boundaries, loads and bodies."""
-    condition: Literal["drained", "pressure", "flux"]
-    """One of "drained" (no excess pore pressure: water leaves and enters freely), "pressure" (the
-    excess pore pressure is given) and "flux" (what flows through it is given). Where nothing is
-    declared no water passes.
-    """
+    condition: str
     excess_pressure: Real | None = None
     """With condition "pressure": excess over the water at rest at factor 1 [stress], compression
     positive.
-    """
-    flux: Real | None = None
-    """With condition "flux": volume of water per time and area that enters the soil at factor 1
-    [length / time]; negative if it leaves the soil.
     """
     factor: Table | None = None
     """Rows (time, factor) of the given pressure or flux, shape (n, 2); 1 if not given: unlike a
@@ -45,13 +37,14 @@ class _FlowBoundary(Declared):
     def required_keys(cls, given: Mapping[str, Any]) -> set[str]:
         """As `Declared.required_keys`: the number that the condition needs."""
         needed = _VALUES.get(str(given.get("condition")))
-        return super().required_keys(given) | ({needed} if needed else set())
+        own = {needed} if needed in cls.model_fields else set()
+        return super().required_keys(given) | own
 
     @model_validator(mode="after")
     def _entries_fit_the_condition(self) -> Any:
         problems = []
         for condition, key in _VALUES.items():
-            value = getattr(self, key)
+            value = getattr(self, key, None)
             if value is not None and self.condition != condition:
                 what = f'has no meaning with condition = "{self.condition}"'
                 problems.append(Problem(key, what, f'choose condition = "{condition}"', value))
@@ -67,6 +60,18 @@ class _FlowBoundary(Declared):
         """The excess pore pressure, or the flux into the soil, at factor 1."""
         key = _VALUES.get(self.condition)
         return 0.0 if key is None else float(getattr(self, key))
+
+
+class _WithFlux(_FlowBoundary):
+    condition: Literal["drained", "pressure", "flux"]
+    """One of "drained" (no excess pore pressure: water leaves and enters freely), "pressure" (the
+    excess pore pressure is given) and "flux" (what flows through it is given). Where nothing is
+    declared no water passes.
+    """
+    flux: Real | None = None
+    """With condition "flux": volume of water per time and area that enters the soil at factor 1
+    [length / time]; negative if it leaves the soil.
+    """
 
 
 class PlaneFlowBoundary(_FlowBoundary):
@@ -85,7 +90,7 @@ class PlaneFlowBoundary(_FlowBoundary):
     """Part with the condition, axis -> [least, greatest] coordinate [length]; all if not given."""
 
 
-class ImplicitFlowBoundary(_FlowBoundary):
+class ImplicitFlowBoundary(_WithFlux):
     """Pressure or flux on a geometry at any position in the grid, which does not move."""
 
     type: Literal["implicit"] = "implicit"
@@ -93,7 +98,7 @@ class ImplicitFlowBoundary(_FlowBoundary):
     """Its position, and the side of the soil."""
 
 
-class SurfaceFlowBoundary(_FlowBoundary):
+class SurfaceFlowBoundary(_WithFlux):
     """Pressure or flux on a body's surface or a part of it; the body needs a `surface`."""
 
     type: Literal["surface"] = "surface"

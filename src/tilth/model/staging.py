@@ -8,7 +8,7 @@ them are there (`Model.present`). It has only the boundaries that act. Its loads
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -70,7 +70,7 @@ class StageOfModel:
         absent_loads: numbers of the loads that do not act.
         boundary_keys: where each boundary stands in the case file, by name.
         rigid_body_keys: the same of rigid bodies.
-        flow_boundary_keys: the same of flow boundaries.
+        flow_boundaries: those of all stages, as declared; None in a model without stages.
         initial: model of the initial state, see `initial_model`; None in itself and without stages.
         follows: whether there is something before that the stage changes: another stage, or an
             initial state that the first stage does not begin with.
@@ -88,7 +88,7 @@ class StageOfModel:
     absent_loads: frozenset[int] = frozenset()
     boundary_keys: Mapping[str, str] | None = None
     rigid_body_keys: Mapping[str, str] | None = None
-    flow_boundary_keys: Mapping[str, str] | None = None
+    flow_boundaries: Sequence[FlowBoundary] | None = None
     initial: Declaration | None = None
     follows: bool = False
     releases: bool = False
@@ -363,7 +363,7 @@ def _model_of(
         ),
         boundary_keys=model.boundary_keys(),
         rigid_body_keys=model.rigid_body_keys(),
-        flow_boundary_keys=model.flow_boundary_keys(),
+        flow_boundaries=model.all_flow_boundaries(),
         initial=initial,
         follows=follows,
         releases=number > 0 or (follows and bool(model.initial.stress)),

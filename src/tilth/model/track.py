@@ -30,6 +30,9 @@ Quantity = Literal[
     "run_out",
     "enclosed",
     "energy",
+    "discharge",
+    "drained_volume",
+    "stored_water",
     "state",
 ]
 
@@ -78,6 +81,9 @@ _REQUIRED: Final[dict[str, tuple[str, ...]]] = {
     "run_out": ("axis", "of"),
     "enclosed": ("body",),
     "energy": ("kind",),
+    "discharge": ("boundary",),
+    "drained_volume": ("boundary",),
+    "stored_water": (),
     "state": ("variable", "at"),
 }
 _OPTIONAL: Final[dict[str, tuple[str, ...]]] = {
@@ -90,6 +96,7 @@ _OPTIONAL: Final[dict[str, tuple[str, ...]]] = {
     "pore_pressure": ("body",),
     "top_height": ("body",),
     "run_out": ("body", "share"),
+    "stored_water": ("body",),
     "state": ("body",),
 }
 _KEYS = (
@@ -105,6 +112,12 @@ _KEYS = (
     "variable",
     "share",
 )
+OF_FLOW_BOUNDARIES = ("discharge", "drained_volume")
+"""Quantities of a flow boundary."""
+
+OF_FLOW = (*OF_FLOW_BOUNDARIES, "stored_water")
+"""Quantities that only flowing water has."""
+
 _FIRST_COLUMNS = ("step", "time", "iterations")
 
 OF_RELAXATION = ("relaxation", "kinetic energy in relaxation", "work in relaxation")
@@ -133,13 +146,19 @@ class Track(Declared):
     | top_height | `of` "points" or "domains": greatest vertical coordinate; optional `body` |
     | run_out | `axis`, `of`: greatest coordinate along the axis; optional `body`, `share` |
     | enclosed | `body`: area, in 3D volume, enclosed by its closed tracked surface |
+    | discharge | `boundary`, of the flow: water per time that leaves the soil through it \
+ [length^3 / time] |
+    | drained_volume | `boundary`, of the flow: water that has left through it since the start \
+ [length^3] |
+    | stored_water | water in the pores of the soil that is there [length^3]; optional `body` |
     | state | `variable`: a state variable of the material, by name; `at`; optional `body` |
     | energy | `kind` "elastic", "external_work", "plastic_dissipation", "friction_dissipation", \
  "stabilisation", "contact_gaps", \
  with inertia or relaxation "kinetic", "damping_dissipation", "radiation", \
  "numerical_dissipation", "time_integration" |
 
-    Forces and energies are per unit length in plane strain, per full circle in axisymmetry.
+    Forces, energies and volumes of water are per unit length in plane strain, per full circle in
+    axisymmetry.
     """
 
     name: CellName
@@ -147,7 +166,7 @@ class Track(Declared):
     quantity: Quantity
     """Recorded quantity."""
     boundary: Name | None = None
-    """Boundary, rigid body or contact pair of the quantity."""
+    """Boundary, rigid body, contact pair or flow boundary of the quantity."""
     about: Vector | None = None
     """Fixed reference point of the moment [length], shape (dimension,); of a rigid body its centre
     where it is, if not given.

@@ -15,22 +15,16 @@ import numpy as np
 
 from tilth import _core
 from tilth.arrays import Floats
-from tilth.comm import together
-from tilth.errors import StepFailed
 from tilth.model import Model, SurfaceLoad
 from tilth.model.load_curve import LoadCurve
 from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.pattern import Elements, same_starts
-from tilth.mpm.quadrature import PointsInCells, locate_in_cells, near_process, near_soil
+from tilth.mpm.quadrature import PointsInCells
+from tilth.surface.parts import load_key, locate_part
 from tilth.surface.protocol import BodySurface
 from tilth.surface.quadrature import SurfaceQuadrature, area_derivative, area_vector
 from tilth.terms.protocol import AssembledTerm, DisplacementTerm, Role, Term
 from tilth.terms.space import Coupled, Space
-
-LAYERS = 2
-"""Layers of cells around a process' own from where loads act on its nodes.
-
-A place in a cell without soil belongs to the nearest one with soil."""
 
 
 @dataclass(frozen=True)
@@ -100,15 +94,8 @@ class SurfaceLoads(Term):
             surface = surfaces[load.body]
             if load.body not in quadrature:
                 quadrature[load.body] = surface.quadrature(active)
-            points, arc_length = surface.loaded(declared.number, quadrature[load.body])
-            overlay = active.points.overlay_of_body(load.body)
-            with together(active.comm):
-                mine = points.position[near_process(active, points.position)]
-                if not near_soil(active, mine, overlay).all():
-                    raise StepFailed(f"the loaded surface of {load.body!r} left the soil")
-            near = np.flatnonzero(near_process(active, points.position, LAYERS))
-            order, at = locate_in_cells(active, points.position[near], overlay)
-            order = near[order]
+            points, arc_length = surface.of_part(load_key(declared.number), quadrature[load.body])
+            order, at = locate_part(active, load.body, points.position)
             points, arc_length = points.ordered(order), arc_length[order]
             self._loaded.append(_Loaded(load, declared.curve, at, points, arc_length))
 

@@ -31,20 +31,18 @@ class BodySurface(Protocol):
         """
         ...
 
-    def loaded(
-        self, number: int, quadrature: SurfaceQuadrature
-    ) -> tuple[SurfaceQuadrature, Floats]:
-        """Returns m quadrature points with load `number` of the model, and their arc lengths (m,).
+    def of_part(self, key: str, quadrature: SurfaceQuadrature) -> tuple[SurfaceQuadrature, Floats]:
+        """Returns the m quadrature points of a declared part, and their arc lengths, shape (m,).
 
-        quadrature: of the whole surface. The arc lengths [length] are initial ones from the loaded
-        part's start.
+        key: of the load or flow boundary on it in the case file (`parts.py`). quadrature: of the
+        whole surface. The arc lengths [length] are initial ones from the part's start.
         """
         ...
 
-    def long_parts(self) -> dict[int, float]:
-        """Returns loads with ends that cover more than half their closed curve: number and share.
+    def long_parts(self) -> dict[str, float]:
+        """Returns parts with ends that cover more than half their closed curve: key and share.
 
-        The number is that of the load in the model, the share that of the curve's length.
+        The key is that of the load or flow boundary, the share that of the curve's length.
         """
         ...
 

@@ -18,13 +18,14 @@ from tilth.curves.nearest import NearestPoints
 from tilth.curves.quadrature import cut_at_grid, gauss_points
 from tilth.curves.spline import LocalCubicSpline
 from tilth.errors import BadInput, StepFailed
-from tilth.model import Body, Model, SurfaceLoad
+from tilth.model import Body, Model
 from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.quadrature import near_process
 from tilth.output.snapshot import SurfaceShape
 from tilth.surface.beside_soil import lost_points, moved_with_grid, points_near_soil
 from tilth.surface.outline import AXIS_TOLERANCE, outline
+from tilth.surface.parts import DeclaredPart, declared_parts
 from tilth.surface.quadrature import SurfaceQuadrature
 from tilth.surface.redistribution import redistribute_points
 
@@ -51,7 +52,7 @@ class TrackedChain:
     Attributes:
         current: the chain at its current position.
         initial: the chain of the same points at time 0.
-        marked: numbers of the points where loaded parts begin or end, shape (marks,).
+        marked: numbers of the points where declared parts begin or end, shape (marks,).
         point_id: the material points of the chain, shape (n,); empty for extra points.
     """
 
@@ -74,7 +75,7 @@ class TrackedSurface:
         points: the material points at time 0.
 
     Raises:
-        BadInput: the declared surface is no valid chain, or a load is on no part of it.
+        BadInput: the declared surface is no valid chain, or a load or flow boundary is on no part of it.
     """
 
     def __init__(self, model: Model, number: int, points: MaterialPoints) -> None:
@@ -91,24 +92,22 @@ class TrackedSurface:
             if body.surface.points == "outer_layer":
                 chain, ids = _outer_layer(chain, points, number)
             self.chains.append(TrackedChain(chain, chain, np.zeros(0, dtype=np.int64), ids))
-        self._parts: dict[int, tuple[int, int, int]] = {}
-        self._is_loaded = any(
-            isinstance(load, SurfaceLoad) and load.body == body.name for load in model.loads
-        )
-        for load_number, load in enumerate(model.loads):
-            if isinstance(load, SurfaceLoad) and load.body == body.name and load.start is not None:
-                self._mark(load_number, load)
+        self._parts: dict[str, tuple[int, int, int]] = {}
+        parts = declared_parts(model, body.name)
+        self._is_loaded = bool(parts)
+        for key, part in parts.items():
+            if part.start is not None:
+                self._mark(key, part)
 
-    def _mark(self, number: int, load: SurfaceLoad) -> None:
-        """Marks the ends of a loaded part; a boundary point is inserted where there is none."""
-        found = [self._nearest(np.array([x])) for x in (load.start, load.end)]
-        key = f"loads[{number}]"
+    def _mark(self, key: str, part: DeclaredPart) -> None:
+        """Marks the ends of a declared part; a boundary point is inserted where there is none."""
+        found = [self._nearest(np.array([x])) for x in (part.start, part.end)]
         if found[0][0] != found[1][0]:
             raise BadInput(
                 "`start` and `end` lie on different chains of the surface",
-                "give each chain a load of its own",
+                "give each chain an entry of its own",
                 key=f"{key}.end",
-                value=load.end,
+                value=part.end,
             )
         chain_number = found[0][0]
         tracked, at = self.chains[chain_number], np.array([coordinate for _, coordinate in found])
@@ -117,11 +116,11 @@ class TrackedSurface:
                 "the part runs against the chain: the soil would be on its right",
                 "exchange `start` and `end`",
                 key=f"{key}.start",
-                value=load.start,
+                value=part.start,
             )
         tracked, here = _with_points(tracked, at)
         mark = len(tracked.marked)
-        self._parts[number] = (chain_number, mark, mark + 1)
+        self._parts[key] = (chain_number, mark, mark + 1)
         self.chains[chain_number] = replace(tracked, marked=np.append(tracked.marked, here))
 
     def _nearest(self, x: Floats) -> tuple[int, float]:
@@ -191,13 +190,11 @@ class TrackedSurface:
             )
         return SurfaceQuadrature.joined(parts, [len(tracked.current) for tracked in self.chains])
 
-    def loaded(
-        self, number: int, quadrature: SurfaceQuadrature
-    ) -> tuple[SurfaceQuadrature, Floats]:
-        """As `BodySurface.loaded`."""
-        if number not in self._parts:
+    def of_part(self, key: str, quadrature: SurfaceQuadrature) -> tuple[SurfaceQuadrature, Floats]:
+        """As `BodySurface.of_part`."""
+        if key not in self._parts:
             return quadrature, quadrature.arc_length
-        chain, first, last = self._parts[number]
+        chain, first, last = self._parts[key]
         tracked = self.chains[chain]
         n, (begin, end) = len(tracked.current), tracked.marked[[first, last]]
         count = (end - begin) % n or n
@@ -208,10 +205,10 @@ class TrackedSurface:
         arc = quadrature.arc_length[rows] - initial.arc_length(begin, np.zeros(()))
         return quadrature.ordered(rows), np.where(arc < 0.0, arc + initial.length, arc)
 
-    def long_parts(self) -> dict[int, float]:
+    def long_parts(self) -> dict[str, float]:
         """As `BodySurface.long_parts`."""
         found = {}
-        for number, (chain, first, last) in self._parts.items():
+        for key, (chain, first, last) in self._parts.items():
             tracked = self.chains[chain]
             initial = LocalCubicSpline(tracked.initial)
             begin, end = tracked.marked[[first, last]]
@@ -219,7 +216,7 @@ class TrackedSurface:
                 at = initial.arc_length(np.array([begin, end]), np.zeros(2))
                 share = float((at[1] - at[0]) % initial.length / initial.length)
                 if share > 0.5 + ROUND_OFF:
-                    found[number] = share
+                    found[key] = share
         return found
 
     def moved(
@@ -382,7 +379,7 @@ class TrackedSurface:
             closed, corner = tracked.current.closed, state[f"{number}_corner"]
             require_within("marked", state[f"{number}_marked"], len(corner))
             if len(state[f"{number}_marked"]) != len(tracked.marked):
-                raise ValueError(f"chain {number} has not the ends of loads that are declared")
+                raise ValueError(f"chain {number} has not the ends of parts that are declared")
             if len(state[f"{number}_point_id"]) != len(tracked.point_id):
                 raise ValueError(f"chain {number} does not have the declared material points")
             require_table({name: state[f"{number}_{name}"] for name in ("points", "initial")})

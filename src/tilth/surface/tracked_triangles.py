@@ -13,7 +13,7 @@ import numpy.typing as npt
 from tilth.arrays import Flags, Floats, require_table, require_within
 from tilth.curves.chain import BadSurface
 from tilth.errors import BadInput, StepFailed
-from tilth.model import Model, SurfaceLoad
+from tilth.model import Model
 from tilth.model.problems import unknown_name
 from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
@@ -21,6 +21,7 @@ from tilth.output.snapshot import SurfaceShape
 from tilth.surface.beside_soil import lost_points, moved_with_grid, points_near_soil
 from tilth.surface.clipped import ClippedTriangles, area_in_plan, clip_in_plan
 from tilth.surface.outline_3d import outline_3d
+from tilth.surface.parts import DeclaredPart, declared_parts
 from tilth.surface.quadrature import SurfaceQuadrature
 from tilth.surface.subdivide import subdivide
 from tilth.surface.triangles import Triangles, triangle_rule
@@ -40,14 +41,14 @@ class TrackedTriangles:
 class TrackedSolidSurface:
     """The triangulated surface of one body in space, see `BodySurface`.
 
-    A load without a named part does not act on planes of symmetry at which a shape is cut.
+    What has no named part does not act on planes of symmetry at which a shape is cut.
 
     Args:
         model: the declared problem.
         number: index of the body in the model; it declares a `surface`.
 
     Raises:
-        BadInput: the body has no such surface, or a load names an unknown part of it.
+        BadInput: the body has no such surface, or what acts on it names an unknown part of it.
     """
 
     def __init__(self, model: Model, number: int) -> None:
@@ -57,32 +58,30 @@ class TrackedSolidSurface:
         self._spacing = body.surface.spacing or 0.5 * min(model.cell_size)
         triangles = outline_3d(body, model.cell_size, self._spacing, model.origin)
         self.triangles = TrackedTriangles(triangles, triangles.vertices)
-        self._loads: dict[int, SurfaceLoad] = {}
-        self._clipped: dict[int, tuple[int, ClippedTriangles]] = {}
-        for load_number, load in enumerate(model.loads):
-            if isinstance(load, SurfaceLoad) and load.body == body.name:
-                if load.part is not None and load.part not in triangles.part:
-                    words = unknown_name("part of the surface", load.part, triangles.part)
-                    raise BadInput(*words, key=f"loads[{load_number}].part", value=load.part)
-                self._loads[load_number] = load
-                if load.within is not None:
-                    self._require_one_surface(load_number, load)
+        self._parts = declared_parts(model, body.name)
+        self._clipped: dict[str, tuple[int, ClippedTriangles]] = {}
+        for key, part in self._parts.items():
+            if part.part is not None and part.part not in triangles.part:
+                words = unknown_name("part of the surface", part.part, triangles.part)
+                raise BadInput(*words, key=f"{key}.part", value=part.part)
+            if part.within is not None:
+                self._require_one_surface(key, part)
 
-    def _require_one_surface(self, number: int, load: SurfaceLoad) -> None:
+    def _require_one_surface(self, key: str, part: DeclaredPart) -> None:
         """Checks that a region in plan lies on soil, and on one surface."""
-        assert load.within is not None
-        covered = area_in_plan(self.triangles.current.corner, self._parts_within(number))
-        key, where = f"loads[{number}].within", f"of the body {self.name!r}"
-        if load.part is not None:
-            where = f"{load.part!r} {where}"
-        value = load.within.model_dump(exclude_none=True)
+        assert part.within is not None
+        covered = area_in_plan(self.triangles.current.corner, self._within(key))
+        where = f"of the body {self.name!r}"
+        if part.part is not None:
+            where = f"{part.part!r} {where}"
+        value = part.within.model_dump(exclude_none=True)
         if covered == 0.0:
             what = f"no surface {where} lies in this region"
             remedy = "move the region; without `part` it is on surfaces that face upwards"
-            raise BadInput(what, remedy, key=key, value=value)
-        if covered > load.within.area * (1.0 + 1e-6):
+            raise BadInput(what, remedy, key=f"{key}.within", value=value)
+        if covered > part.within.area * (1.0 + 1e-6):
             what = f"surfaces {where} lie above each other in this region"
-            raise BadInput(what, "name the `part` that is loaded", key=key, value=value)
+            raise BadInput(what, "name the `part` of them", key=f"{key}.within", value=value)
 
     def quadrature(self, active: ActiveGrid) -> SurfaceQuadrature:
         """As `BodySurface.quadrature`: six points on each triangle, independent of the grid."""
@@ -120,22 +119,20 @@ class TrackedSolidSurface:
             arc_length=np.zeros(len(element)),
         )
 
-    def loaded(
-        self, number: int, quadrature: SurfaceQuadrature
-    ) -> tuple[SurfaceQuadrature, Floats]:
-        """As `BodySurface.loaded`."""
-        if self._loads[number].within is not None:
-            points = self._on(self._parts_within(number))
+    def of_part(self, key: str, quadrature: SurfaceQuadrature) -> tuple[SurfaceQuadrature, Floats]:
+        """As `BodySurface.of_part`."""
+        if self._parts[key].within is not None:
+            points = self._on(self._within(key))
         else:
-            chosen = self._may_be_loaded(self._loads[number].part)
+            chosen = self._of_part(self._parts[key].part)
             points = quadrature.ordered(np.flatnonzero(chosen[quadrature.element]))
         return points, points.arc_length
 
-    def long_parts(self) -> dict[int, float]:
+    def long_parts(self) -> dict[str, float]:
         """As `BodySurface.long_parts`: none, the parts of a surface in space have no ends."""
         return {}
 
-    def _may_be_loaded(self, part: str | None) -> Flags:
+    def _of_part(self, part: str | None) -> Flags:
         """Returns the triangles of a part, or without one those of the body's own surface, (m,)."""
         triangles = self.triangles.current
         if part is not None:
@@ -143,19 +140,19 @@ class TrackedSolidSurface:
         own = np.array([not name.startswith("cut ") for name in triangles.part])
         return np.asarray(own[triangles.part_number])
 
-    def _parts_within(self, number: int) -> ClippedTriangles:
-        """Returns the parts of the triangles in the region of a load; they stay with the soil."""
-        count, load = len(self.triangles.current.triangle), self._loads[number]
-        if number not in self._clipped or self._clipped[number][0] != count:
-            assert load.within is not None
+    def _within(self, key: str) -> ClippedTriangles:
+        """Returns the parts of the triangles in a declared region; they stay with the soil."""
+        count, part = len(self.triangles.current.triangle), self._parts[key]
+        if key not in self._clipped or self._clipped[key][0] != count:
+            assert part.within is not None
             initial = Triangles(self.triangles.initial, self.triangles.current.triangle)
-            chosen = self._may_be_loaded(load.part)
+            chosen = self._of_part(part.part)
             upwards = chosen & (initial.area_vector[:, 2] < 0.0)
-            if load.part is None or upwards.any():
+            if part.part is None or upwards.any():
                 chosen = upwards
-            region = np.array(load.within.corners())
-            self._clipped[number] = count, clip_in_plan(initial.corner, chosen, region)
-        return self._clipped[number][1]
+            region = np.array(part.within.corners())
+            self._clipped[key] = count, clip_in_plan(initial.corner, chosen, region)
+        return self._clipped[key][1]
 
     def moved(
         self, active: ActiveGrid, displacement: Floats, points: MaterialPoints, position: Floats
@@ -166,7 +163,7 @@ class TrackedSolidSurface:
             position = moved_with_grid(active, old.vertices, displacement, self.name)
         except StepFailed:
             near = points_near_soil(active, old.vertices, self.name)
-            if self._loads or not near.any():
+            if self._parts or not near.any():
                 raise
             moved = np.zeros_like(old.vertices)
             moved[near] = moved_with_grid(active, old.vertices[near], displacement, self.name)

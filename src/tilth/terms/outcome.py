@@ -105,9 +105,12 @@ class Outcome:
         ghost_force: of the ghost mass at the end of the step [force], shape (nodes, dim); None
             without one.
         contact: of a term of contact; None for all others.
+        outflow: volume of water that leaves the soil in the step through flow boundaries
+            [length^dim], in axisymmetry with 2 pi r, shape (nodes, 1), by name of boundary.
     """
 
     forces: Mapping[str, Floats] = field(default_factory=dict)
     work: Work = field(default_factory=Work)
     ghost_force: Floats | None = None
     contact: ContactOutcome | None = None
+    outflow: Mapping[str, Floats] = field(default_factory=dict)

@@ -26,10 +26,10 @@ from tilth.arrays import Floats, Shorts
 from tilth.mpm.pattern import Elements, same_starts
 from tilth.mpm.point_integrals import PointIntegrals
 from tilth.mpm.pore_water import PRESSURE, STORED, PoreWater, WaterAt
-from tilth.mpm.quadrature import PointsInCells
 from tilth.mpm.soil import Soil
 from tilth.terms.filled_cells import cell_places, sums_in_cells
 from tilth.terms.ghost import Faces
+from tilth.terms.outcome import Outcome
 from tilth.terms.protocol import AssembledTerm, Role, Term
 from tilth.terms.space import Coupled, ElementBlocks, Space
 
@@ -41,9 +41,6 @@ WATER = "water"
 
 GHOST = 0.25
 """Factor of the ghost stabilisation of the pressure [-]."""
-
-NITSCHE = 20.0
-"""Factor of the penalty on a given pressure [-]."""
 
 COUPLINGS: Sequence[Pair] = ((DISPLACEMENT, PORE_PRESSURE), (PORE_PRESSURE, PORE_PRESSURE))
 
@@ -59,6 +56,7 @@ class WaterInStep:
 
     Attributes:
         initial_volume: of the soil with water in its pores [length^dim], shape (n,); 0 elsewhere.
+        conductivity: kappa at the start of the step, shape (n,).
         nodal_volume: sum_p S_ap V_p of that soil at the start of the step, shape (nodes,).
         at: the last evaluation; None before.
     """
@@ -73,6 +71,7 @@ class WaterInStep:
         self.initial_volume = points.initial_volume * water.wet
         self.nodal_volume = self.nodal_sums(np.ones(len(points)))
         self._jacobian = np.linalg.det(points.deformation_gradient)
+        self.conductivity = water.conductivities(self._jacobian)[0]
         self.at: WaterAt | None = None
         self._of: Mapping[str, Floats] | None = None
 
@@ -297,9 +296,9 @@ class Projection(Term):
         covariance = np.broadcast_to(mass - 1.0 / len(mass) ** 2, (len(self._factor), *mass.shape))
         matrix = -self._factor[:, None, None] * covariance
         before = space.fields[PORE_PRESSURE].first()
-        part = _Part(self._node, blocks, of_change=matrix)
+        part = LinearPart(self._node, blocks, of_change=matrix)
         label = "projection of the pore pressure"
-        return _LinearInPressure(Role.STABILISATION, label, [part], before)
+        return LinearInPressure(Role.STABILISATION, label, [part], before)
 
 
 class GhostPressure(Term):
@@ -349,18 +348,18 @@ class GhostPressure(Term):
             stored = softness * faces.size[:, faces.axis] ** 2 / 12.0
             share = -GHOST * faces.emptiness
             parts.append(
-                _Part(
+                LinearPart(
                     faces.node, blocks,
                     of_value=(share * self._size * conductivity)[:, None, None] * unit,
                     of_change=(share * stored)[:, None, None] * unit,
                 )
             )  # fmt: skip
         label = "ghost stabilisation of the pore pressure"
-        return _LinearInPressure(Role.STABILISATION, label, parts, before)
+        return LinearInPressure(Role.STABILISATION, label, parts, before)
 
 
 @dataclass(frozen=True, eq=False)
-class _Part:
+class LinearPart:
     """Elements whose part of the water's balance is linear in their nodes' pressures.
 
     Attributes:
@@ -378,20 +377,25 @@ class _Part:
     constant: Floats | float = 0.0
 
 
-class _LinearInPressure(AssembledTerm):
+class LinearInPressure(AssembledTerm):
     """The sum of such elements.
 
     Args:
         role, label: as those of a term.
         parts: the elements.
         before: nodal pressures at the start of the step, shape (nodes, 1).
+        boundary: name of the flow boundary through which it is the flow, if it is one.
     """
 
-    def __init__(self, role: Role, label: str, parts: Sequence[_Part], before: Floats) -> None:
+    def __init__(
+        self, role: Role, label: str, parts: Sequence[LinearPart], before: Floats,
+        boundary: str = "",
+    ) -> None:  # fmt: skip
         self.role, self.label = role, label
-        self._parts, self._before = parts, before
+        self._parts, self._before, self._boundary = parts, before, boundary
 
     def evaluate(self, x: Unknowns) -> Unknowns:
+        """As `AssembledTerm.evaluate`."""
         total = np.zeros_like(self._before)
         for each in self._parts:
             value = x[PORE_PRESSURE][each.node]
@@ -401,65 +405,18 @@ class _LinearInPressure(AssembledTerm):
         return Unknowns({PORE_PRESSURE: total})
 
     def assemble(self, x: Unknowns, matrix: BlockMatrix) -> None:
+        """As `AssembledTerm.assemble`."""
         for each in self._parts:
-            values = np.asarray(each.of_change + each.of_value)
-            each.blocks.add(matrix, values.reshape(-1, 1, 1))
+            values = each.of_change + each.of_value
+            if not isinstance(values, float):
+                each.blocks.add(matrix, values.reshape(-1, 1, 1))
+
+    def outcome(self, x: Unknowns) -> Outcome | None:
+        """As `AssembledTerm.outcome`: a part of the balance is less what leaves the soil there."""
+        if not self._boundary:
+            return None
+        return Outcome(outflow={self._boundary: -self.evaluate(x)[PORE_PRESSURE]})
 
 
 def _product(matrix: Floats | float, vector: Floats) -> Floats | float:
     return matrix if isinstance(matrix, float) else matrix @ vector
-
-
-class GivenPressure(Term):
-    """A pressure on a surface anywhere in the grid, by Nitsche's method (Nitsche 1971).
-
-    With the outward normal n, the mean conductivity kappa of the soil at the surface, its cells of
-    size l and beta = `NITSCHE`, the balance of water has
-
-        h int [-q kappa dp/dn - kappa dq/dn (p - p0) + beta kappa / l q (p - p0)] da,
-
-    what flows out, the same for the test function, and a penalty. The cells that the surface cuts
-    need `GhostPressure`. The geometry is that of the start of the step.
-
-    Args:
-        water: of the step.
-        at: n quadrature points of the surface in cells of the soil.
-        normal: outward from the soil, shape (n, dim).
-        weight: area of each point's part of the surface, shape (n,).
-        pressure: p0 at the end of the step [stress], shape (n,).
-    """
-
-    def __init__(
-        self,
-        water: WaterInStep,
-        at: PointsInCells,
-        normal: Floats,
-        weight: Floats,
-        pressure: Floats,
-    ) -> None:
-        flow, whole = water.nodal_sums(water.water.conductivity), water.nodal_volume
-        self._node = at.node[at.cell]
-        around = flow[self._node].sum(axis=1) / whole[self._node].sum(axis=1)
-        self._factor = water.size * around * weight
-        self._value, self._pressure = at.value, pressure
-        self._slope = np.einsum("nai,ni->na", at.gradient, normal)
-        self._penalty = NITSCHE / at.size[at.cell].max(axis=1)
-        self._coupled = Coupled(same_starts(self._node), self._node.ravel(), PORE_PRESSURE)
-
-    @property
-    def coupled(self) -> Sequence[Coupled]:
-        """As `Term.coupled`."""
-        return [self._coupled]
-
-    def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledTerm:
-        """As `Term.assembled`."""
-        (blocks,) = space.blocks_of(self._coupled)
-        value, slope = self._value, self._slope
-        own = slope - self._penalty[:, None] * value
-        matrix = np.einsum("na,nb->nab", value, slope) + np.einsum("na,nb->nab", own, value)
-        matrix *= self._factor[:, None, None]
-        given = -(self._factor * self._pressure)[:, None] * own
-        part = _Part(self._node, blocks, of_value=matrix, constant=given[:, :, None])
-        before = space.fields[PORE_PRESSURE].first()
-        label = "flow through a surface with a given pressure"
-        return _LinearInPressure(Role.FLOW, label, [part], before)

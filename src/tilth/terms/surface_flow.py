@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Terms of water that flows through a surface anywhere in the grid, where one condition is given.
+
+Their parts of the balance of water are less what leaves the soil, as in `pore_water.py`. The
+geometry is that of the start of the step. Theory: docs/theory/consolidation.md.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from tilth.arrays import Flags, Floats
+from tilth.mpm.pattern import Elements, same_starts
+from tilth.mpm.quadrature import PointsInCells
+from tilth.terms.pore_water import PORE_PRESSURE, LinearInPressure, LinearPart, WaterInStep
+from tilth.terms.protocol import AssembledTerm, Role, Term
+from tilth.terms.space import Coupled, Space
+
+NITSCHE = 20.0
+"""Factor of the penalty on a given pressure [-]."""
+
+
+@dataclass(frozen=True, eq=False)
+class FlowSurface:
+    """n quadrature points of a surface of the soil at the start of a step.
+
+    Attributes:
+        at: the points in cells of the soil.
+        normal: outward from the soil, shape (n, dim).
+        weight: area of each point's part of the surface, in axisymmetry with 2 pi r, shape (n,).
+    """
+
+    at: PointsInCells
+    normal: Floats
+    weight: Floats
+
+    def of(self, kept: Flags) -> FlowSurface:
+        """Returns the points `kept`, shape (n,)."""
+        return FlowSurface(self.at.of(kept), self.normal[kept], self.weight[kept])
+
+
+def beside_water(water: WaterInStep, surface: FlowSurface) -> tuple[FlowSurface, Floats]:
+    """Returns the points in cells with water in their pores, and the conductivity there, (m,).
+
+    The conductivity at the start of the step is the mean around the nodes of each point's cell.
+    All processes call it.
+    """
+    flow = water.nodal_sums(water.conductivity)
+    sums = water.soil.active.updated(np.column_stack([flow, water.nodal_volume]))
+    node = surface.at.node[surface.at.cell]
+    flow, volume = sums[node].sum(axis=1).T
+    wet = volume > 0.0
+    return surface.of(wet), flow[wet] / volume[wet]
+
+
+class _ThroughSurface(Term):
+    """A term on the pressures of the cells of such points.
+
+    Args:
+        name: of the flow boundary.
+        water: of the step.
+        surface: its points.
+    """
+
+    label: str
+
+    def __init__(self, name: str, water: WaterInStep, surface: FlowSurface) -> None:
+        surface, self._conductivity = beside_water(water, surface)
+        self._name, self._size, self._surface = name, water.size, surface
+        self._node = surface.at.node[surface.at.cell]
+        self._coupled = Coupled(same_starts(self._node), self._node.ravel(), PORE_PRESSURE)
+
+    @property
+    def coupled(self) -> Sequence[Coupled]:
+        """As `Term.coupled`."""
+        return [self._coupled]
+
+    def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledTerm:
+        """As `Term.assembled`."""
+        (blocks,) = space.blocks_of(self._coupled)
+        matrix, constant = self._balance()
+        part = LinearPart(self._node, blocks, of_value=matrix, constant=constant[:, :, None])
+        before = space.fields[PORE_PRESSURE].first()
+        return LinearInPressure(Role.FLOW, self.label, [part], before, self._name)
+
+    def _balance(self) -> tuple[Floats | float, Floats]:
+        """Returns what a point adds to the balance: by the pressures (n, k, k), and without."""
+        raise NotImplementedError
+
+
+class GivenPressure(_ThroughSurface):
+    """A pressure on a surface, by Nitsche's method (Nitsche 1971).
+
+    With the outward normal n, the mean conductivity kappa of the soil at the surface, its cells of
+    size l and beta = `NITSCHE`, the balance of water has
+
+        h int [-q kappa dp/dn - kappa dq/dn (p - p0) + beta kappa / l q (p - p0)] da,
+
+    what flows out, the same for the test function, and a penalty. The cells that the surface cuts
+    need `GhostPressure`.
+
+    Args:
+        name: of the flow boundary.
+        water: of the step.
+        surface: its points.
+        pressure: p0 at the end of the step [stress].
+    """
+
+    label = "flow through a surface with a given pressure"
+
+    def __init__(
+        self, name: str, water: WaterInStep, surface: FlowSurface, pressure: float
+    ) -> None:
+        super().__init__(name, water, surface)
+        self._pressure = pressure
+
+    def _balance(self) -> tuple[Floats | float, Floats]:
+        at = self._surface.at
+        value, slope = at.value, np.einsum("nai,ni->na", at.gradient, self._surface.normal)
+        own = slope - (NITSCHE / at.size[at.cell].max(axis=1))[:, None] * value
+        factor = self._size * self._conductivity * self._surface.weight
+        matrix = np.einsum("na,nb->nab", value, slope) + np.einsum("na,nb->nab", own, value)
+        return factor[:, None, None] * matrix, -self._pressure * factor[:, None] * own
+
+
+class GivenFlux(_ThroughSurface):
+    """A flux through a surface.
+
+    The balance of water has -h int q flux da.
+
+    Args:
+        name: of the flow boundary.
+        water: of the step.
+        surface: its points.
+        flux: into the soil at the end of the step [length/time].
+    """
+
+    label = "given flux through a surface"
+
+    def __init__(self, name: str, water: WaterInStep, surface: FlowSurface, flux: float) -> None:
+        super().__init__(name, water, surface)
+        self._flux = flux
+
+    def _balance(self) -> tuple[Floats | float, Floats]:
+        weight = self._size * self._flux * self._surface.weight
+        return 0.0, weight[:, None] * self._surface.at.value
