@@ -18,7 +18,7 @@ from tilth import model
 from tilth.model.base import Declared, meaning_of
 from tilth.model.isotropic import AnyMaterial
 from tilth.model.parameter_kinds import KINDS
-from tilth.model.settings import COLOURS, COLOURS_OF_WATER
+from tilth.model.settings import COLOURS, COLOURS_OF_FLOW, COLOURS_OF_WATER
 
 PAGE = Path(__file__).parent / "reference" / "case_file.md"
 ELEMENT_PAGE = Path(__file__).parent / "reference" / "element_tests.md"
@@ -351,8 +351,10 @@ def page() -> str:
         _section("`[output]`", model.Output),
         "Names for `colour_by`: "
         + ", ".join(f"`{name}`" for name in COLOURS)
-        + "; with `[water]` also "
+        + "; with `[water]` or `[flow]` also "
         + ", ".join(f"`{name}`" for name in COLOURS_OF_WATER)
+        + "; with `[flow]` "
+        + ", ".join(f"`{name}`" for name in COLOURS_OF_FLOW)
         + ".",
     ]  # fmt: skip
     return "\n\n".join(part.strip("\n") for part in parts) + "\n"

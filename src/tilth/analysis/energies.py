@@ -23,7 +23,7 @@ ENERGY_KINDS = (
     "stabilisation",
     "contact_gaps",
 )
-"""Kinds of energy, in the order of the columns of energies.csv."""
+"""Kinds of energy, in the order of the columns of energies.csv: all but "seepage"."""
 
 
 @dataclass
@@ -40,6 +40,7 @@ class Energies:
         integration: what the time integration dissipated of it, by its own formula.
         stabilisation: what ghost stabilisation took of it, by its own formula.
         gaps: what contact took of it where gaps closed or opened, by its own formula.
+        seepage: what flowing water dissipated of it.
     """
 
     start: float = 0.0
@@ -50,6 +51,7 @@ class Energies:
     integration: float = 0.0
     stabilisation: float = 0.0
     gaps: float = 0.0
+    seepage: float = 0.0
 
     @classmethod
     def at_start(cls, setup: Setup, state: State) -> Energies:
@@ -65,6 +67,7 @@ class Energies:
         self.integration += result.integration_work
         self.stabilisation += result.stabilisation_work
         self.gaps += result.gap_work
+        self.seepage += result.seepage_work
 
     def value(self, kind: str, setup: Setup, state: State, time: float) -> float:
         """Returns an energy after the steps to a time of the stage, by its kind as in `Track`."""
@@ -83,6 +86,7 @@ class Energies:
             "friction_dissipation": self.friction,
             "damping_dissipation": self.damping,
             "radiation": self.radiated,
+            "seepage": self.seepage,
         }
         found = sum(stored.values()) + sum(lost.values())
         numerical = self.start + self.work - found

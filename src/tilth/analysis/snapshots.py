@@ -16,9 +16,17 @@ from tilth.analysis.state import State
 from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats, Integers
 from tilth.model import Model
+from tilth.model.laws import EXCESS_PORE_PRESSURE
+from tilth.model.settings import DARCY_VELOCITY
 from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
-from tilth.mpm.wet_mass import effective_stress, pore_pressure, total_stress
+from tilth.mpm.wet_mass import (
+    darcy_velocity,
+    effective_stress,
+    excess_pore_pressure,
+    pore_pressure,
+    total_stress,
+)
 from tilth.output import Snapshot
 from tilth.output.snapshot import FieldsOnDemand
 
@@ -44,7 +52,7 @@ def snapshot(
     number = points.point_id[order]
     of_stage = time - setup.model.stage.start
     states, varying, wet = names or (
-        points.state_variables(), list(points.varying), water is not None
+        points.state_variables(), list(points.varying), water is not None or points.has_flow
     )  # fmt: skip
     fields: dict[str, Callable[[], npt.NDArray[Any]]] = {
         "displacement": lambda: points.displacement[order],
@@ -57,6 +65,9 @@ def snapshot(
     if wet:
         fields["effective_stress"] = lambda: effective_stress(points)[order]
         fields["pore_pressure"] = lambda: pore_pressure(points, water, of_stage)[order]
+    if points.has_flow:
+        fields[EXCESS_PORE_PRESSURE] = lambda: excess_pore_pressure(points)[order]
+        fields[DARCY_VELOCITY] = lambda: darcy_velocity(points)[order]
     if setup.model.analysis.inertia is not None:
         fields["velocity"] = lambda: points.motion[order, 0]
         fields["acceleration"] = lambda: points.motion[order, 1]

@@ -56,7 +56,7 @@ def output_times(model: Model) -> list[float]:
 def _fields_of(of_stages: Sequence[MaterialPoints], model: Model) -> PointFields:
     states = dict.fromkeys(name for each in of_stages for name in each.state_variables())
     varying = dict.fromkeys(name for each in of_stages for name in each.varying)
-    return list(states), list(varying), model.has_water
+    return list(states), list(varying), model.has_water or model.flow is not None
 
 
 class StagedAnalysis:

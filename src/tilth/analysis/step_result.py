@@ -64,6 +64,7 @@ class StepResult:
         outflow: water that leaves through flow boundaries in the step, of all processes
             [length^dim], in axisymmetry of the full circle, by name of the boundary.
         size: of the step [time]; 0 where no water flows.
+        seepage_work: work that flowing water dissipates in the step [force length].
         possible_size: greatest size of a step relative to this one that keeps the declared limits
             of error and motion; infinite without limits.
         relaxing: of a step in which soil comes to rest; None in all others.
@@ -85,6 +86,7 @@ class StepResult:
     radiated_work: float = 0.0
     outflow: dict[str, float] = field(default_factory=dict)
     size: float = 0.0
+    seepage_work: float = 0.0
     possible_size: float = math.inf
     relaxing: Relaxing | None = None
 
@@ -200,6 +202,7 @@ def result_of(
         stabilisation_work=_stabilisation_work(balance, equilibrium, outcomes, kept_ghost),
         gap_work=sum(each.gaps for each in works),
         radiated_work=sum(each.radiated for each in works),
+        seepage_work=sum(each.seepage for each in works),
     )
     outflow = {name: nodal for of in outcomes for name, nodal in of.outflow.items()}
     twice = balance.load_before + equilibrium.load + reaction_before + result.reaction

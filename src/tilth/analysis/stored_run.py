@@ -73,6 +73,7 @@ class EnergySums(_Plain):
     integration: _Energy
     stabilisation: _Energy
     gaps: _Energy
+    seepage: _Energy
 
 
 class EarlierOutputs(_Plain):

@@ -27,10 +27,18 @@ from tilth.mpm.domains import upper_edges
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.pore_water import STORED
 from tilth.mpm.water import PhreaticSurface
-from tilth.mpm.wet_mass import effective_stress, pore_pressure, total_stress
+from tilth.mpm.wet_mass import (
+    effective_stress,
+    excess_pore_pressure,
+    pore_pressure,
+    total_stress,
+)
 from tilth.terms.loads import nearest_points
 
 TENSOR = ("xx", "yy", "zz", "xy", "yz", "xz")
+
+OF_STRESS = ("stress", "effective_stress", "pore_pressure", "excess_pore_pressure")
+"""Quantities with the unit of stress."""
 
 
 class Tracker:
@@ -137,7 +145,7 @@ def unit_of(track: Track, model: Model) -> str:
         return "degrees"
     if track.quantity == "contact_area":
         return area_unit(model)
-    if track.quantity in ("stress", "effective_stress", "pore_pressure"):
+    if track.quantity in OF_STRESS:
         return units.stress
     if track.quantity in ("velocity", "acceleration"):
         return rate_unit(model, 1 if track.quantity == "velocity" else 2)
@@ -269,6 +277,8 @@ def _values(
         return effective_stress(points)
     if track.quantity == "pore_pressure":
         return pore_pressure(points, water, time)
+    if track.quantity == "excess_pore_pressure":
+        return excess_pore_pressure(points)
     return total_stress(points, water, time)
 
 

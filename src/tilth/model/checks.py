@@ -19,7 +19,12 @@ from tilth.model.loads import BodyForce, LineForce, PointForce, SeismicLoad
 from tilth.model.magnitudes import magnitude_problems
 from tilth.model.placement import geometry_problems
 from tilth.model.problems import dotted, suggestion, unknown_name
-from tilth.model.settings import COLOURS, COLOURS_OF_INERTIA, COLOURS_OF_WATER
+from tilth.model.settings import (
+    COLOURS,
+    COLOURS_OF_FLOW,
+    COLOURS_OF_INERTIA,
+    COLOURS_OF_WATER,
+)
 from tilth.model.sizes import size_problems
 from tilth.model.stage_checks import problems_in_stages, stage_problems
 from tilth.model.staging import loading_stages
@@ -150,7 +155,11 @@ def state_variable_problems(
             words = unknown_name("state variable", track.variable, known)
             yield Problem(f"track[{i}].variable", *words, track.variable)
     colour, known = model.output.colour_by, _known(model, variables, None)
-    fixed = COLOURS if not model.has_water else (*COLOURS, *COLOURS_OF_WATER)
+    fixed = COLOURS
+    if model.has_water or model.flow is not None:
+        fixed = (*fixed, *COLOURS_OF_WATER)
+    if model.flow is not None:
+        fixed = (*fixed, *COLOURS_OF_FLOW)
     if model.analysis.inertia is not None:
         fixed = (*fixed, *COLOURS_OF_INERTIA)
     if known is not None and colour not in (choices := [*dict.fromkeys((*fixed, *known))]):
@@ -198,14 +207,19 @@ def _needs_implicit(model: Declaration) -> Iterator[Problem]:
 
 def _needs_water(model: Declaration) -> Iterator[Problem]:
     """Only water has a pore pressure."""
+    if model.flow is not None:
+        return
     for i, track in enumerate(model.track):
+        key = f"track[{i}].quantity"
         if track.quantity == "pore_pressure" and not model.has_water:
             remedy = "add a section [water]; an undrained law has a state variable instead"
-            what = "there is no water"
-            yield Problem(f"track[{i}].quantity", what, remedy, track.quantity)
-        if track.quantity in OF_FLOW and model.flow is None:
+            yield Problem(key, "there is no water", remedy, track.quantity)
+        if track.quantity in OF_FLOW:
             remedy = "add a section [flow]"
-            yield Problem(f"track[{i}].quantity", "no water flows", remedy, track.quantity)
+            yield Problem(key, "no water flows", remedy, track.quantity)
+        if track.quantity == "excess_pore_pressure":
+            remedy = 'add a section [flow]; an undrained law has it as a "state"'
+            yield Problem(key, "no water flows", remedy, track.quantity)
 
 
 def _densities(model: Declaration) -> Iterator[Problem]:

@@ -181,7 +181,13 @@ COLOURS_OF_INERTIA = tuple(
 """Further fields of the results with inertia."""
 
 COLOURS_OF_WATER = ("pore_pressure", *_of_tensor("effective_stress"))
-"""Further fields of the results with `[water]`."""
+"""Further fields of the results with `[water]` or `[flow]`."""
+
+DARCY_VELOCITY = "darcy_velocity"
+"""Field of the results: velocity of the flow relative to the soil, per area [length / time]."""
+
+COLOURS_OF_FLOW = (DARCY_VELOCITY, *(f"{DARCY_VELOCITY}_{axis}" for axis in "xyz"))
+"""Further fields of the results with `[flow]`, which has `excess_pore_pressure` of all soil."""
 
 
 class Output(Declared):

@@ -10,7 +10,7 @@ from tilth.model.laws import PLASTIC_STRAIN
 RESERVED = (
     PLASTIC_STRAIN,
     *("displacement", "cauchy_stress", "volume", "domain", "domain_corners"),
-    *("effective_stress", "pore_pressure"),
+    *("effective_stress", "pore_pressure", "darcy_velocity"),
     *("deformation_gradient", "length", "force", "stress", "mass", "time"),
     *(f"elastic_strain_{number}" for number in (1, 2, 3)),
 )

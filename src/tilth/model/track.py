@@ -26,6 +26,7 @@ Quantity = Literal[
     "stress",
     "effective_stress",
     "pore_pressure",
+    "excess_pore_pressure",
     "top_height",
     "run_out",
     "enclosed",
@@ -48,6 +49,7 @@ EnergyKind = Literal[
     "time_integration",
     "stabilisation",
     "contact_gaps",
+    "seepage",
 ]
 
 _AXES = ("x", "y", "z")
@@ -77,6 +79,7 @@ _REQUIRED: Final[dict[str, tuple[str, ...]]] = {
     "stress": ("at", "component"),
     "effective_stress": ("at", "component"),
     "pore_pressure": ("at",),
+    "excess_pore_pressure": ("at",),
     "top_height": ("of",),
     "run_out": ("axis", "of"),
     "enclosed": ("body",),
@@ -94,6 +97,7 @@ _OPTIONAL: Final[dict[str, tuple[str, ...]]] = {
     "stress": ("body",),
     "effective_stress": ("body",),
     "pore_pressure": ("body",),
+    "excess_pore_pressure": ("body",),
     "top_height": ("body",),
     "run_out": ("body", "share"),
     "stored_water": ("body",),
@@ -142,7 +146,9 @@ class Track(Declared):
     | velocity, acceleration | the same, with inertia |
     | stress | `at`, `component` xx yy zz xy yz xz mean von_mises (Cauchy, total); optional `body` |
     | effective_stress | the same of the effective stress: without water and pore fluid the total |
-    | pore_pressure | `at`: pressure of the water of `[water]` at a point; optional `body` |
+    | pore_pressure | `at`: pressure of the water of `[water]` at a point, with `[flow]` and its \
+ excess; optional `body` |
+    | excess_pore_pressure | the same of the excess alone, with `[flow]` |
     | top_height | `of` "points" or "domains": greatest vertical coordinate; optional `body` |
     | run_out | `axis`, `of`: greatest coordinate along the axis; optional `body`, `share` |
     | enclosed | `body`: area, in 3D volume, enclosed by its closed tracked surface |
@@ -153,7 +159,7 @@ class Track(Declared):
     | stored_water | water in the pores of the soil that is there [length^3]; optional `body` |
     | state | `variable`: a state variable of the material, by name; `at`; optional `body` |
     | energy | `kind` "elastic", "external_work", "plastic_dissipation", "friction_dissipation", \
- "stabilisation", "contact_gaps", \
+ "stabilisation", "contact_gaps", with `[flow]` "seepage", \
  with inertia or relaxation "kinetic", "damping_dissipation", "radiation", \
  "numerical_dissipation", "time_integration" |
 
@@ -193,7 +199,8 @@ class Track(Declared):
     """Kind of energy [force length]. "numerical_dissipation", with inertia or relaxation, is what
     of the work and of the energy at the start is in none of the others; "time_integration",
     "stabilisation" and "contact_gaps" are what of it the time integration, ghost stabilisation and
-    contact that closes or opens take, by their own formulas."""
+    contact that closes or opens take, by their own formulas. "seepage" is what flowing water
+    dissipates; the work of water that is pressed in or out is in none of them."""
     variable: Name | None = None
     """State variable: `plastic_strain`, or one of the material's own."""
     scale: Real = 1.0

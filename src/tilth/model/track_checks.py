@@ -43,6 +43,9 @@ def track_problems(model: Declaration) -> Iterator[Problem]:
         if track.kind in _OF_INERTIA and not model.analysis.has_mass:
             remedy = 'add `inertia` or beyond_limit = "relax" to [analysis], or leave it out'
             yield Problem(f"track[{i}].kind", "has no meaning without inertia", remedy, track.kind)
+        if track.kind == "seepage" and model.flow is None:
+            remedy = "add a section [flow], or leave it out"
+            yield Problem(f"track[{i}].kind", "no water flows", remedy, track.kind)
         name, quantity = track.boundary or "", track.quantity
         if quantity in _MOTIONS and model.analysis.inertia is None:
             remedy = "add `inertia` to [analysis], or leave it out"

@@ -13,7 +13,7 @@ from tilth.mpm.pore_water import (
     POROSITY,
     PRESSURE,
     STORED,
-    WATER_COLUMNS,
+    VELOCITY,
     PoreWater,
 )
 from tilth.variation.evaluate import parameter_values
@@ -28,7 +28,7 @@ def initial_water(model: Model, points: MaterialPoints) -> Floats:
     flow = model.flow
     if flow is None:
         return np.zeros((len(points), 0))
-    water = np.zeros((len(points), WATER_COLUMNS))
+    water = np.zeros((len(points), VELOCITY + model.dimension))
     for range_ in points.ranges:
         material = model.materials[model.bodies[range_.body].materials[range_.layer]]
         if material.conducts_water:

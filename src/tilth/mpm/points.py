@@ -15,7 +15,7 @@ from tilth.arrays import Flags, Floats, Integers
 from tilth.bodies.corners import corner_signs, mean_half_edges, parallelepiped
 from tilth.model.laws import PLASTIC_STRAIN, Law
 from tilth.mpm.elastic_moduli import ElasticModuli
-from tilth.mpm.pore_water import Permeability
+from tilth.mpm.pore_water import POROSITY, Permeability
 
 _Number = TypeVar("_Number", np.int64, np.float64)
 
@@ -132,7 +132,8 @@ class MaterialPoints:
             (n, 0, dim) without inertia.
         water: of pores in which it flows: its volume per initial volume [-], its excess pressure
             [stress], the porosity [-] and the conductivity at the start [length^4/(force time)],
-            shape (n, 4), zeros where no water enters; (n, 0) in a model without.
+            and the velocity q of the flow [length/time], shape (n, 4 + dim), zeros where no water
+            enters; (n, 0) in a model without.
         varying: values of the material parameters that vary from place to place, by the keys of the
             case file, in the order of the permanent numbers, shape (n,); "not a number" where the
             material has no such parameter. Only of whole sets of points; it does not change.
@@ -349,6 +350,16 @@ class MaterialPoints:
     def volume(self) -> Floats:
         """Current volume of each point, det F times the initial one, shape (n,)."""
         return np.asarray(_core.current_volumes(self.deformation_gradient, self.initial_volume))
+
+    @property
+    def has_flow(self) -> bool:
+        """Whether water flows in the model."""
+        return bool(self.water.shape[1] > 0)
+
+    @property
+    def conducts(self) -> Flags:
+        """In which points water flows, in a model with flow, shape (n,)."""
+        return np.asarray(self.water[:, POROSITY] > 0.0)
 
     @property
     def stress_jacobian(self) -> Floats:

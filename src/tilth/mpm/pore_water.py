@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 
 STORED, PRESSURE, POROSITY, CONDUCTIVITY = range(4)
 """Columns of `MaterialPoints.water`."""
-WATER_COLUMNS = 4
-"""Their number."""
+VELOCITY = 4
+"""The first of its columns with the velocity of the flow, one for each direction."""
 
 
 class Permeability(Enum):

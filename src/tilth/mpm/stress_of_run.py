@@ -13,7 +13,9 @@ from tilth.arrays import Flags, Floats
 from tilth.errors import BadInput
 from tilth.model import Model
 from tilth.model.initial import StressOfRun
+from tilth.model.laws import EXCESS_PORE_PRESSURE
 from tilth.model.problems import unknown_name
+from tilth.model.settings import DARCY_VELOCITY
 from tilth.output.folder import RESULTS, read_declared
 from tilth.output.snapshot import Snapshot
 from tilth.output.vtkhdf import Results, read_results
@@ -23,7 +25,8 @@ SAME_PLACE = 1e-9
 """Distance, over the size of a domain, up to which a point is at the place of another one."""
 
 WATER = "pore_pressure"
-"""Field of the pressure of water at rest, which is part of the Cauchy stress of results."""
+"""Field of the pressure of water, at rest and flowing, which is part of the Cauchy stress of
+results."""
 
 REACH = 1.5
 """Distance from the nearest point of the other run, in sizes of its domain, up to which a point
@@ -38,9 +41,10 @@ class StateOfRun:
     """What another run gives.
 
     Attributes:
-        stress: Cauchy stress without the pore pressure of water at rest, tension positive, (n, 6).
+        stress: Cauchy stress without the pore pressure of water at rest and of that which flows,
+            tension positive, (n, 6).
         variables: state variables by name, shape (n,) each; "not a number" where the other run's
-            law has none.
+            law has none, and in soil through which water flows there the excess pore pressure.
     """
 
     stress: Floats
@@ -137,6 +141,9 @@ def _mapped(
     columns = [stress]
     columns += [output.point_fields[name][own][:, None] for name in names]
     values = np.concatenate(columns, axis=1).astype(np.float64)
+    if DARCY_VELOCITY in output.point_fields:  # there the pressure is no state of the law
+        flows = ~np.isnan(output.point_fields[DARCY_VELOCITY][own, 0])
+        values[flows, 6 + names.index(EXCESS_PORE_PRESSURE)] = np.nan
     found = values[nearest]
     other = np.flatnonzero(distance > SAME_PLACE * size[nearest].min(axis=1))
     if len(other):

@@ -11,6 +11,7 @@ from tilth.model import BodyForce, Model
 from tilth.model.laws import EXCESS_PORE_PRESSURE
 from tilth.model.problems import dotted
 from tilth.mpm.points import MaterialPoints
+from tilth.mpm.pore_water import PRESSURE, VELOCITY
 from tilth.mpm.water import PhreaticSurface, half_extents, wet_share
 from tilth.variation.tables import place_text
 
@@ -82,10 +83,37 @@ def require_wet_densities(model: Model, points: MaterialPoints) -> None:
 
 
 def pore_pressure(points: MaterialPoints, water: PhreaticSurface | None, time: float) -> Floats:
-    """Returns the pressure of the water at rest at points [stress], 0 without water, shape (n,)."""
-    if water is None:
-        return np.zeros(len(points))
-    return water.pore_pressure(points.position, time)
+    """Returns the pressure of the water at rest and, where it flows, its excess [stress], (n,).
+
+    Compression positive; 0 without water. The pressure of an undrained law's own pore fluid is not
+    in it.
+    """
+    pressure = np.zeros(len(points))
+    if water is not None:
+        pressure = water.pore_pressure(points.position, time)
+    if points.has_flow:
+        pressure = pressure + points.water[:, PRESSURE]
+    return pressure
+
+
+def excess_pore_pressure(points: MaterialPoints) -> Floats:
+    """Returns the excess pore pressure of points [stress], compression positive, shape (n,).
+
+    Where water flows that over the water at rest; elsewhere the state variable of undrained laws,
+    "not a number" for other ones.
+    """
+    excess = points.state_variable(EXCESS_PORE_PRESSURE)
+    if points.has_flow:
+        excess = np.where(points.conducts, points.water[:, PRESSURE], excess)
+    return excess
+
+
+def darcy_velocity(points: MaterialPoints) -> Floats:
+    """Returns the water's velocity relative to the soil, per area of soil [length/time], (n, dim).
+
+    That at the end of the last step; "not a number" where no water enters.
+    """
+    return np.where(points.conducts[:, None], points.water[:, VELOCITY:], np.nan)
 
 
 def effective_stress(points: MaterialPoints) -> Floats:
@@ -103,10 +131,10 @@ def effective_stress(points: MaterialPoints) -> Floats:
 def total_stress(points: MaterialPoints, water: PhreaticSurface | None, time: float) -> Floats:
     """Returns the total Cauchy stress of points [stress], tension positive, shape (n, 6).
 
-    That of the laws less the pore pressure of the water at rest.
+    That of the laws less the pore pressure of the water at rest and of that which flows.
     """
-    if water is None:
+    if water is None and not points.has_flow:
         return points.stress
     stress = points.stress.copy()
-    stress[:, :3] -= water.pore_pressure(points.position, time)[:, None]
+    stress[:, :3] -= pore_pressure(points, water, time)[:, None]
     return stress

@@ -11,6 +11,7 @@ from tilth.arrays import Floats
 from tilth.errors import BadInput
 from tilth.model.laws import state_units
 from tilth.model.parameters import parameter_unit
+from tilth.model.settings import DARCY_VELOCITY
 from tilth.output.snapshot import Snapshot
 
 TENSOR = ("xx", "yy", "zz", "xy", "yz", "xz")
@@ -92,8 +93,9 @@ def field_unit(field: str, units: Mapping[str, str]) -> str:
         return units.get("length", "") or "-"
     if field in ("cauchy_stress", "effective_stress", "pore_pressure"):
         return units.get("stress", "") or "-"
-    if field in ("velocity", "acceleration") and units.get("length") and units.get("time"):
-        power = "" if field == "velocity" else "\N{SUPERSCRIPT TWO}"
+    of_time = field in ("velocity", "acceleration", DARCY_VELOCITY)
+    if of_time and units.get("length") and units.get("time"):
+        power = "\N{SUPERSCRIPT TWO}" if field == "acceleration" else ""
         return f"{units['length']}/{units['time']}{power}"
     if state_units().get(field) == "stress":
         return units.get("stress", "") or "-"

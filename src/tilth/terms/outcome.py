@@ -66,6 +66,7 @@ class Work:
         integration: what the time integration dissipates.
         stabilisation: kinetic energy of the ghost mass.
         radiated: energy that leaves through absorbing boundaries less what comes in.
+        seepage: what flowing water dissipates, by the flow at the end of the step; not negative.
     """
 
     surface: float = 0.0
@@ -75,6 +76,7 @@ class Work:
     integration: float = 0.0
     stabilisation: float = 0.0
     radiated: float = 0.0
+    seepage: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

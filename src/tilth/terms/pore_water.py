@@ -25,11 +25,11 @@ from tilth.algebra.unknowns import Unknowns
 from tilth.arrays import Floats, Shorts
 from tilth.mpm.pattern import Elements, same_starts
 from tilth.mpm.point_integrals import PointIntegrals
-from tilth.mpm.pore_water import PRESSURE, STORED, PoreWater, WaterAt
+from tilth.mpm.pore_water import PRESSURE, STORED, VELOCITY, PoreWater, WaterAt
 from tilth.mpm.soil import Soil
 from tilth.terms.filled_cells import cell_places, sums_in_cells
 from tilth.terms.ghost import Faces
-from tilth.terms.outcome import Outcome
+from tilth.terms.outcome import Outcome, Work
 from tilth.terms.protocol import AssembledTerm, Role, Term
 from tilth.terms.space import Coupled, ElementBlocks, Space
 
@@ -218,6 +218,8 @@ class _StoredWater(_OfWater):
         wet = self._water.water.wet
         water[:, STORED] = np.where(wet, at.stored, 0.0)
         water[:, PRESSURE] = np.where(wet, at.pressure, 0.0)
+        conductivity, _ = self._water.water.conductivities(at.jacobian)
+        water[:, VELOCITY:] = -conductivity[:, None] * at.gradient
         self._water.keep(x[PORE_PRESSURE])
 
 
@@ -232,6 +234,11 @@ class _Seepage(_OfWater):
         flux = (water.size * at.volume * conductivity)[:, None] * at.gradient
         flow = water.integrals.scattered_gradient(at.at_start(flux[:, None]))
         return Unknowns({PORE_PRESSURE: -flow})
+
+    def outcome(self, x: Unknowns) -> Outcome:
+        """As `AssembledTerm.outcome`: what the flow dissipates, h sum_p V kappa |grad p|^2."""
+        work = self._water.soil.active.work(self.evaluate(x)[PORE_PRESSURE], x[PORE_PRESSURE])
+        return Outcome(work=Work(seepage=-work))
 
     def assemble(self, x: Unknowns, matrix: BlockMatrix) -> None:
         water, at, dim = self._water, self._water.last, self._water.last.dim
