@@ -75,7 +75,7 @@ class TrackedSurface:
         points: the material points at time 0.
 
     Raises:
-        BadInput: the declared surface is no valid chain, or a load or flow boundary is on no part of it.
+        BadInput: the declared surface is no valid chain, or what acts on it is on no part of it.
     """
 
     def __init__(self, model: Model, number: int, points: MaterialPoints) -> None:
