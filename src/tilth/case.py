@@ -268,6 +268,10 @@ def _files(entries: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any], str]]
         yield from _files_of_geometry(f"rigid_bodies[{i}].geometry", body.get("geometry"))
         for j, shape in enumerate(_tables(body.get("geometries"))):
             yield from _files_of_geometry(f"rigid_bodies[{i}].geometries[{j}]", shape)
+    flow = entries.get("flow")
+    drains = flow.get("boundaries") if isinstance(flow, dict) else None
+    for i, each in enumerate(_tables(drains)):
+        yield from _files_of_geometry(f"flow.boundaries[{i}].geometry", each.get("geometry"))
 
 
 def _files_of_shape(key: str, shape: Any) -> Iterator[tuple[str, dict[str, Any], str]]:

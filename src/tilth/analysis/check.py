@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
+from tilth.analysis.consolidation_time import consolidation_time
 from tilth.analysis.staged import StagedAnalysis
 from tilth.model import Model
 
@@ -49,3 +51,29 @@ def check(model: Model) -> CheckResult:
         warnings += simulation.services.warnings.texts
     points, active_cells, unknowns = max(sizes)
     return CheckResult(points, active_cells, unknowns, warnings)
+
+
+def consolidation_texts(model: Model) -> Iterator[str]:
+    """Yields what `tilth check` tells of the consolidation in each stage with flow.
+
+    Raises:
+        BadInput: as `StagedAnalysis.starts`.
+    """
+    length, time = model.units.length, model.units.time
+    for simulation, _ in StagedAnalysis(model).starts():
+        of, state = simulation.setup.model, simulation.state
+        found = consolidation_time(of, state.undeformed(), state.surfaces, state.grid)
+        if found is None:
+            continue
+        stage = f"{of.stage.name}: " if of.stage.name else ""
+        least, greatest = (f"{each:.3g}" for each in found.coefficients)
+        both = least if least == greatest else f"{least} to {greatest}"
+        text = f"{stage}c_v {both} {length}^2/{time} with the stiffness at the start, "
+        if found.time is None:
+            yield f"{text}no pressure is given where water could leave"
+        else:
+            yield (
+                f"{text}longest way of the water about {found.path:.3g} {length}: 90 % after about "
+                f"{found.time:.3g} {time}; a first step of about {found.first_step:.2g} {time} "
+                "resolves the beginning"
+            )

@@ -9,6 +9,7 @@ from typing import Any
 from pydantic import BaseModel
 
 from tilth.model import Model, SurfaceLoad
+from tilth.model.flow import UNSCALED
 from tilth.model.laws import EXCESS_PORE_PRESSURE
 from tilth.model.load_curve import LoadCurve
 from tilth.model.problems import dotted
@@ -97,6 +98,8 @@ def _declared(model: Model) -> dict[str, Any]:
         ),
         "loads": [load for _, load in model.acting_loads()],
         "water": model.water,
+        "flow": model.flow,
+        "flow = false": not stage.flow,
         "grid": model.grid,
         "schedule": model.schedule,
         "excavate": stage.excavate,
@@ -167,6 +170,12 @@ def tables_of(model: Model) -> dict[str, LoadCurve]:
             found[f"{key}.force_factor"] = LoadCurve(body.force_factor or ramp)
         for name in _TABLES_OF_BODIES:
             found |= _tables_in(f"{key}.{name}", getattr(body, name))
+    if model.flow is not None:
+        keys = model.flow_boundary_keys()
+        for each in model.flow.boundaries:
+            if moves(each):
+                table = each.factor or UNSCALED
+                found[f"{keys[each.name]}.factor"] = LoadCurve(table)
     if model.water is not None:
         found["water.factor"] = LoadCurve(model.water.factor or ((0.0, 1.0),))
         if model.water.initial_level is not None:

@@ -14,6 +14,7 @@ import numpy as np
 
 from tilth.analysis.contact_warnings import contact_warnings, rigid_overlaps
 from tilth.analysis.end_warnings import end_warnings
+from tilth.analysis.flow_warnings import drives_water, flow_warnings
 from tilth.analysis.overlaps import overlapping_bodies
 from tilth.analysis.prepare import locate, soil_on
 from tilth.analysis.run_warnings import RunWarnings
@@ -109,6 +110,7 @@ def _warnings_of(
     yield from _jumps(model)
     yield from table_warnings(model)
     yield from _water(setup, state.points)
+    yield from flow_warnings(setup, state)
     if state.waves:
         active = locate(setup, state, services, 0.0)
         yield from state.waves.warnings(model, soil_on(active, setup, state, services))
@@ -139,6 +141,7 @@ def _no_cause(model: Model) -> Iterator[tuple[str, str]]:
     """Nothing loads or moves the soil."""
     loaded = any(acts(load, model) for _, load in model.acting_loads())
     loaded = loaded or model.water is not None or bool(model.initial.velocity)
+    loaded = loaded or drives_water(model)
     moved = any(
         _moves(boundary, model) or getattr(boundary, "acceleration", None) is not None
         for boundary in model.boundaries

@@ -37,12 +37,15 @@ def table_warnings(model: Model) -> Iterator[tuple[str, str]]:
 
 def _tables(model: Model) -> Iterator[tuple[str, Rows]]:
     boundaries, bodies = model.boundary_keys(), model.rigid_body_keys()
-    keyed = [
+    keyed: list[tuple[str, object]] = [
         *((f"loads[{i}]", load) for i, load in model.acting_loads()),
         *((boundaries[each.name], each) for each in model.boundaries),
         *((bodies[each.name], each) for each in model.rigid_bodies),
         ("water", model.water),
     ]
+    if model.flow is not None:
+        of_flow = model.flow_boundary_keys()
+        keyed += [(of_flow[each.name], each) for each in model.flow.boundaries]
     for key, entry in keyed:
         for name in ("factor", "force_factor"):
             if rows := getattr(entry, name, None):

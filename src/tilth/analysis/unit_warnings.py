@@ -139,6 +139,11 @@ def _gravity(model: Model) -> list[float]:
     return sorted(sizes) if sizes and max(sizes) > 0.0 else []
 
 
+def greatest_gravity(model: Model) -> float:
+    """Returns the greatest acceleration of the body forces [length/time^2]; 0 without them."""
+    return max(_gravity(model), default=0.0)
+
+
 def _weights(model: Model) -> Iterator[tuple[str, str]]:
     """Unit weights that no soil has."""
     units, gravity = model.units, _gravity(model)
@@ -212,14 +217,15 @@ def _water_weight(model: Model) -> Iterator[tuple[str, str]]:
     """A unit weight that water does not have."""
     length = length_of(model.units.length)
     force = None if length is None else force_of(model.units.force, length)
-    if model.water is None or length is None or force is None:
+    key, water = ("flow", model.flow) if model.water is None else ("water", model.water)
+    if water is None or length is None or force is None:
         return
-    weight = model.water.unit_weight * force / length**3
+    weight = water.unit_weight * force / length**3
     gravity = max(_gravity(model), default=GRAVITY / length) * length / GRAVITY
     if not WATER[0] <= weight <= WATER[1] * max(gravity, 1.0):
         yield (
             "weight of water",
-            f"water.unit_weight = {model.water.unit_weight:g}: this is {weight / 1e3:.3g} kN/m3, "
+            f"{key}.unit_weight = {water.unit_weight:g}: this is {weight / 1e3:.3g} kN/m3, "
             f"and water has 9.81, {9810.0 * length**3 / force:.4g} "
             f"{model.units.force}/{model.units.length}^3: check it, {_or_labels(model)}",
         )

@@ -20,7 +20,7 @@ from tilth.model import (
     PlaneFlowBoundary,
     SurfaceFlowBoundary,
 )
-from tilth.model.flow import FlowBoundary
+from tilth.model.flow import UNSCALED, FlowBoundary
 from tilth.model.load_curve import LoadCurve
 from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
@@ -31,9 +31,6 @@ from tilth.surface.quadrature import area_vector
 from tilth.terms.pore_water import WaterInStep
 from tilth.terms.protocol import Term
 from tilth.terms.surface_flow import FlowSurface, GivenFlux, GivenPressure
-
-UNSCALED = ((0.0, 1.0),)
-"""Table of a flow boundary without one."""
 
 
 class FlowBoundaries:

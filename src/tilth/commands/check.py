@@ -41,6 +41,7 @@ def check(case: Path, picture: Path | None) -> None:
     from tilth.report.summary import print_summary
 
     model = load_case(case)
+    from tilth.analysis.check import consolidation_texts
     from tilth.analysis.memory import memory_of, require_memory_to_check
     from tilth.analysis.run import set_threads
     from tilth.analysis.run_time import time_text
@@ -59,7 +60,8 @@ def check(case: Path, picture: Path | None) -> None:
         soil = setup if isinstance(setup, Setup) else setup.whole()
         set_threads(None)
         time = "not estimated" if too_large else time_text(model)
-        print_summary(model, soil, estimate, available, time=time)
+        flow = [] if too_large or model.flow is None else [*consolidation_texts(model)]
+        print_summary(model, soil, estimate, available, time=time, consolidation=flow)
     except BadInput as error:
         raise error if error.file else error.in_file(case) from None
     files = {name: _beside(file, name) for name in figures}

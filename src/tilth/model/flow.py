@@ -20,9 +20,13 @@ _VALUES = {"pressure": "excess_pressure", "flux": "flux"}
 """Condition -> the key that it needs."""
 
 
+UNSCALED = ((0.0, 1.0),)
+"""Table of a flow boundary without one."""
+
+
 class _FlowBoundary(Declared):
     name: CellName
-    """Name of the flow boundary, different from those of boundaries, loads and bodies."""
+    """Name of the flow boundary, different from those of boundaries and rigid bodies."""
     condition: str
     excess_pressure: Real | None = None
     """With condition "pressure": excess over the water at rest at factor 1 [stress], compression
@@ -47,7 +51,8 @@ class _FlowBoundary(Declared):
             value = getattr(self, key, None)
             if value is not None and self.condition != condition:
                 what = f'has no meaning with condition = "{self.condition}"'
-                problems.append(Problem(key, what, f'choose condition = "{condition}"', value))
+                remedy = f'choose condition = "{condition}", or leave it out'
+                problems.append(Problem(key, what, remedy, value))
         if self.condition == "drained" and self.factor is not None:
             what = 'there is nothing to scale with condition = "drained"'
             problems.append(Problem("factor", what, "leave it out", self.factor))

@@ -69,7 +69,8 @@ def _time(model: Declaration) -> Iterator[Problem]:
         yield Problem("units.time", "missing: where water flows time has a unit", remedy)
     schedules = [("schedule", model.schedule)]
     if model.stages:
-        schedules = [(f"stages[{i}].schedule", each.schedule) for i, each in loading_stages(model)]
+        flowing = [(i, each) for i, each in loading_stages(model) if each.flow]
+        schedules = [(f"stages[{i}].schedule", each.schedule) for i, each in flowing]
     for key, schedule in schedules:
         if "end" not in schedule.model_fields_set:
             remedy = "give the time until which the flow is computed"
@@ -124,12 +125,18 @@ def _contacts(model: Declaration) -> Iterator[tuple[str, Contact | None]]:
             yield dotted((f"{key}.contact_with", name)), own
 
 
-def flow_axes(model: Declaration) -> Iterator[tuple[str, Any]]:
-    """Yields the entries of flow boundaries that name axes."""
+def flow_planes(model: Declaration) -> Iterator[tuple[str, PlaneFlowBoundary]]:
+    """Yields the flow boundaries on grid lines or planes, with their keys."""
     for i, each in enumerate(() if model.flow is None else model.flow.boundaries):
         if isinstance(each, PlaneFlowBoundary):
-            yield f"flow.boundaries[{i}].axis", each.axis
-            yield f"flow.boundaries[{i}].range", each.range or {}
+            yield f"flow.boundaries[{i}]", each
+
+
+def flow_axes(model: Declaration) -> Iterator[tuple[str, Any]]:
+    """Yields the entries of flow boundaries that name axes."""
+    for key, plane in flow_planes(model):
+        yield f"{key}.axis", plane.axis
+        yield f"{key}.range", plane.range or {}
 
 
 def flow_vectors(model: Declaration) -> Iterator[tuple[str, Any]]:

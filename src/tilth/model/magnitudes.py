@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from tilth.errors import Problem
 from tilth.model.boundaries import NodeBoundary, PlaneBoundary
 from tilth.model.fields import AXES
+from tilth.model.flow_checks import flow_planes
 from tilth.model.geometry_base import DeclaredGeometry
 from tilth.model.grading import along_axes
 from tilth.model.implicit import ImplicitBoundary
@@ -56,16 +57,20 @@ def magnitude_problems(model: Declaration) -> Iterator[Problem]:
             if too_far := _too_far(model, bound):
                 yield Problem(f"bodies[{i}].shape", *too_far)
                 break
-    for i, boundary in enumerate(model.boundaries):
-        if isinstance(boundary, PlaneBoundary):
-            number = AXES.index(boundary.axis)
-            at = (*model.origin[:number], boundary.at)
-        elif isinstance(boundary, NodeBoundary):
+    for key, boundary in [*_nodal(model), *flow_planes(model)]:
+        if isinstance(boundary, NodeBoundary):
             at = tuple(boundary.at)
         else:
-            continue
+            at = (*model.origin[: AXES.index(boundary.axis)], boundary.at)
         if too_far := _too_far(model, at):
-            yield Problem(f"boundaries[{i}].at", *too_far, boundary.at)
+            yield Problem(f"{key}.at", *too_far, boundary.at)
+
+
+def _nodal(model: Declaration) -> Iterator[tuple[str, PlaneBoundary | NodeBoundary]]:
+    """Yields the boundaries on nodes with their keys."""
+    for i, boundary in enumerate(model.boundaries):
+        if isinstance(boundary, PlaneBoundary | NodeBoundary):
+            yield f"boundaries[{i}]", boundary
 
 
 def _too_far(model: Declaration, position: Sequence[float]) -> tuple[str, str] | None:

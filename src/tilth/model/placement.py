@@ -11,6 +11,7 @@ from tilth.errors import Problem
 from tilth.model.boundaries import NodeBoundary, PlaneBoundary
 from tilth.model.contact_pairs import overlay_problems
 from tilth.model.fields import AXES
+from tilth.model.flow_checks import flow_planes
 from tilth.model.implicit import ImplicitBoundary
 from tilth.model.problems import below
 
@@ -51,6 +52,13 @@ def _lines_that_move(model: Declaration) -> Iterator[Problem]:
                 "lines move away from this condition"
             )
             yield Problem(f"boundaries[{i}]", what, 'make it one of type = "implicit"')
+    for key, plane in flow_planes(model):
+        if follow is not None and plane.axis in follow.axes:
+            what = (
+                f"the grid follows {follow.boundary!r} along {plane.axis}, so its lines move away "
+                "from where the pressure is given"
+            )
+            yield Problem(key, what, 'make it one of type = "implicit"')
 
 
 def _off_grid_lines(model: Declaration) -> Iterator[Problem]:
@@ -64,6 +72,10 @@ def _off_grid_lines(model: Declaration) -> Iterator[Problem]:
             if any(lines):
                 remedy = "; ".join(line for line in lines if line)
                 yield Problem(f"boundaries[{i}].at", "is not a grid node", remedy, boundary.at)
+    for key, plane in flow_planes(model):
+        if wrong := _nearest_lines(model, AXES.index(plane.axis), plane.at):
+            remedy = f'{wrong}; type = "implicit" may lie anywhere'
+            yield Problem(f"{key}.at", "is not on a grid line", remedy, plane.at)
 
 
 def _implicit(model: Declaration) -> Iterator[Problem]:

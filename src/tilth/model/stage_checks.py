@@ -67,7 +67,9 @@ def stage_problems(model: Declaration) -> Iterator[Problem]:
                 elif name not in kinds:
                     yield Problem(
                         f"{key}.{which}",
-                        *unknown_name("body, boundary, rigid body or load", name, known),
+                        *unknown_name(
+                            "body, boundary, rigid body, flow boundary or load", name, known
+                        ),
                         name,
                     )
                 elif len(kinds[name]) > 1:
@@ -126,6 +128,8 @@ def _factor_problems(
             yield Problem(where, what, remedy, name)
         elif name not in scaled:
             what = f"the boundary {name!r} does not move: there is nothing to scale"
+            if isinstance(items[name], FLOW_BOUNDARIES):
+                what = f"the flow boundary {name!r} is drained: there is nothing to scale"
             yield Problem(where, what, "leave it out", name)
         elif name not in acting:
             what = f"{name!r} does not act in this stage"

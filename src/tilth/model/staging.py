@@ -16,6 +16,7 @@ from pydantic import BaseModel
 
 from tilth.model.boundaries import AffineBoundary, Boundary, NodeBoundary, PlaneBoundary
 from tilth.model.flow import (
+    UNSCALED,
     FlowBoundary,
     ImplicitFlowBoundary,
     PlaneFlowBoundary,
@@ -301,7 +302,7 @@ def _table(declared: Any, name: str, stage: Stage, held: float | None, ending: b
         return ((0.0, held or 0.0), (end, 0.0))
     if held is not None:
         return ((0.0, held),)
-    ramp = ((0.0, 1.0),) if isinstance(declared, FLOW_BOUNDARIES) else ((0.0, 0.0), (end, 1.0))
+    ramp = UNSCALED if isinstance(declared, FLOW_BOUNDARIES) else ((0.0, 0.0), (end, 1.0))
     rows = getattr(declared, "factor", None) or ramp
     return tuple((row[0], row[1]) for row in rows)
 

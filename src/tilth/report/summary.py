@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +39,7 @@ from tilth.model.parameter_kinds import KINDS
 from tilth.model.schedule import Schedule
 from tilth.report.amounts import amount, cells_text, elevation, shape_text, vector
 from tilth.report.contact_texts import body_text, laws_text, pair_text
+from tilth.report.flow_texts import flow_texts
 from tilth.report.initial import equilibrium_before, initial_stress
 from tilth.report.setup import Setup
 from tilth.report.stage_texts import stage_rows
@@ -51,6 +52,7 @@ def print_summary(
     available: AvailableMemory | None,
     console: Console | None = None,
     time: str = "",
+    consolidation: Sequence[str] = (),
 ) -> None:
     """Prints bodies, points, cells, memory, materials, conditions, loads and steps of `model`.
 
@@ -61,13 +63,14 @@ def print_summary(
         available: memory on this machine; None if it is not known.
         console: where it is printed; the standard output if None.
         time: what is known of the time of its run; nothing is printed of it if empty.
+        consolidation: what is known of the time that the soil takes to consolidate.
     """
     console = console or Console(highlight=False)
     table = Table(show_header=False, box=None, padding=(0, 2, 0, 0), title_justify="left")
     table.add_column(style="bold", no_wrap=True)
     table.add_column(overflow="fold")
     section = ""
-    for heading, text in _rows(model, setup, estimate, available, time):
+    for heading, text in _rows(model, setup, estimate, available, time, consolidation):
         table.add_row("" if heading == section else heading, Text(text))
         section = heading
     console.print(table)
@@ -79,6 +82,7 @@ def _rows(
     estimate: MemoryEstimate,
     available: AvailableMemory | None,
     time: str,
+    consolidation: Sequence[str],
 ) -> Iterator[tuple[str, str]]:
     unit = model.units
     if model.title:
@@ -103,6 +107,8 @@ def _rows(
         yield "at the start", equilibrium_before(model)
     if model.water is not None:
         yield "water", _water(model.water, model)
+    for text in (*flow_texts(model), *consolidation):
+        yield "flow", text
     for boundary in model.boundaries:
         yield "boundaries", _boundary(boundary, model)
     for rigid in model.rigid_bodies:
@@ -145,6 +151,7 @@ def _material(name: str, material: Material, model: Model) -> str:
         "length": f" {model.units.length}",
         "stress": f" {model.units.stress}",
         "mass / length^3": f" {model.units.mass}/{model.units.length}^3",
+        "length / time": f" {model.units.length}/{model.units.time}",
     }
 
     def text(key: str, value: Any) -> str:
