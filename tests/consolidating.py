@@ -104,7 +104,8 @@ def with_pores(model: Model, pores: Pores) -> Simulation:
     water = pores.of(points)
     jacobian, pressure = np.linalg.det(points.deformation_gradient), np.zeros(len(points))
     stored = water.stored(jacobian, pressure)
-    points.water = np.column_stack([stored, pressure, water.porosity, water.conductivity])
+    still = np.zeros_like(points.position)
+    points.water = np.column_stack([stored, pressure, water.porosity, water.conductivity, still])
     return simulation
 
 
