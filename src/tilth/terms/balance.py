@@ -104,6 +104,7 @@ class Balance:
         self._slices = [slice(*pair) for pair in pairwise(ends)]  # of each term's global unknowns
         self.global_scale: Floats = np.concatenate([np.zeros(0), *scales])
         self.kept: list[Floats] | None = None
+        self._are_known = False  # the shapes of what the terms return
 
     @property
     def fields(self) -> Mapping[str, Field]:
@@ -122,6 +123,8 @@ class Balance:
 
     def _of(self, x: Unknowns) -> list[tuple[AssembledTerm, Unknowns]]:
         """Returns each term with the unknowns that it is given."""
+        if len(self.global_scale) == 0:
+            return [(term, x) for term in self.terms]
         return [
             (term, x.with_globals(x.globals[own]))
             for term, own in zip(self.terms, self._slices, strict=True)
@@ -191,7 +194,8 @@ class Balance:
         of_globals = np.zeros_like(self.global_scale)
         for number, (term, own) in enumerate(self._of(x)):
             part = term.evaluate(own)
-            _require_shapes(term, part, residual)
+            if not self._are_known:
+                _require_shapes(term, part, residual)
             of_globals[self._slices[number]] = part.globals
             if self.kept is not None:
                 force = part.of.get(DISPLACEMENT)
@@ -201,6 +205,7 @@ class Balance:
                 if term.role in SIZES:
                     of_role = sums.setdefault(term.role, {})
                     of_role[name] = of_role[name] + values if name in of_role else values
+        self._are_known = True
         return Residual(residual, of_globals, sums)
 
     def linearise(self, x: Unknowns, matrix: BlockMatrix) -> None:
