@@ -13,10 +13,16 @@ from small_problems import plane, rollers
 
 import tilth
 from tilth import BadInput, Model, resume, run
+from tilth.analysis.setup_picture import setup_of
 from tilth.arrays import Floats
 from tilth.mpm.initial_points import initial_points
 from tilth.output import read_history, read_results
 from tilth.report.fields import field_unit
+from tilth.report.setup import draw_setup
+from tilth.report.setup_data import Setup
+from tilth.report.setup_page import setup_view
+from tilth.report.stage_setups import StagedSetup
+from tilth.report.water_line import WATER_COLOUR
 from tilth.results.run_results import RunResults
 
 LOAD, HEIGHT, GAMMA, CONDUCTIVITY, END = 10.0, 3.0, 10.0, 1e-4, 40.0
@@ -279,3 +285,46 @@ def test_without_flow_there_is_nothing_of_it() -> None:
     with pytest.raises(BadInput, match="no field of this name"):
         tilth.check(Model.from_dict(entries | {"track": [], "output": {
             "colour_by": "darcy_velocity"}}))  # fmt: skip
+
+
+def test_the_setup_shows_the_flow_boundaries() -> None:
+    """Places on planes and geometries; those of tracked surfaces in the legend alone."""
+    entries = column()
+    circle = {"type": "circle", "centre": [0.5, 1.5], "radius": 0.3, "soil": "outside"}
+    entries["flow"]["boundaries"] += [
+        {"name": "well", "type": "implicit", "condition": "pressure", "excess_pressure": -3.0,
+         "geometry": circle},
+        {"name": "rain", "type": "surface", "body": "column", "condition": "flux", "flux": 1e-4,
+         "start": [1.0, HEIGHT], "end": [0.0, HEIGHT]},
+    ]  # fmt: skip
+    setup = setup_of(Model.from_dict(entries))
+    assert isinstance(setup, Setup)
+    drain, well, rain = (each for each in setup.conditions if each.is_of_flow)
+    assert drain.position.tolist() == [[0.0, 0.0], [1.0, 0.0]]
+    distance = np.linalg.norm(well.position - [0.5, 1.5], axis=1)
+    assert len(well.position) > 3
+    np.testing.assert_allclose(distance, 0.3, atol=0.05)
+    assert len(rain.position) == 0
+    figure = draw_setup(setup)
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    for label in (
+        "drain\ndrained",
+        "well\nexcess pore pressure given",
+        "rain\nflux of water given",
+    ):
+        assert label in labels
+    keys = setup_view(setup).keys
+    assert ("\N{MULTIPLICATION SIGN}", WATER_COLOUR, "drain\ndrained") in keys
+
+
+def test_a_stage_without_flow_shows_none() -> None:
+    entries = column()
+    schedule = entries.pop("schedule")
+    entries["stages"] = [
+        {"name": "fill", "schedule": schedule, "flow": False},
+        {"name": "wait", "schedule": schedule},
+    ]
+    staged = setup_of(Model.from_dict(entries))
+    assert isinstance(staged, StagedSetup)
+    found = [[c.name for c in each.setup.conditions if c.is_of_flow] for each in staged.stages]
+    assert found == [[], ["drain"]]

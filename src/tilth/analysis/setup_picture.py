@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from tilth.analysis.flow_picture import flow_conditions
 from tilth.analysis.rigid_shapes import placed, rigid_shapes
 from tilth.analysis.setup import Setup as Declared
 from tilth.analysis.snapshots import snapshot, units_of
@@ -206,7 +207,10 @@ def initial_setup(
         cell_size=state.grid.cell_size,
         origin=state.grid.origin,
         lines=[line.tolist() for line in state.grid.lines],
-        conditions=[_condition(setup, state, boundary, active) for boundary in state.boundaries],
+        conditions=[
+            *(_condition(setup, state, boundary, active) for boundary in state.boundaries),
+            *flow_conditions(model, state, active),
+        ],
         surfaces=[
             *(_surface(setup, state, each) for each in state.implicit if _declared_alone(each)),
             *(_absorbing(setup, state, boundary) for boundary in state.waves.surfaces()),

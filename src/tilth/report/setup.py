@@ -10,8 +10,14 @@ import numpy as np
 from tilth.arrays import Floats
 from tilth.report.amounts import cells_text
 from tilth.report.handles import Handle
-from tilth.report.setup_data import Condition, Load, Setup, Soil, Surface
-from tilth.report.setup_view import BODY_COLOURS, CONDITION_COLOURS, LOAD_COLOUR, draw_view
+from tilth.report.setup_data import FLOW_KINDS, Condition, Load, Setup, Soil, Surface
+from tilth.report.setup_view import (
+    BODY_COLOURS,
+    CONDITION_COLOURS,
+    LOAD_COLOUR,
+    condition_colour,
+    draw_view,
+)
 from tilth.report.surface_view import LINE_STYLES, LINE_WIDTH
 from tilth.report.symbols import arrow, hatching, support
 from tilth.report.texts import AS_IT_IS, add_legend, any_characters, on_lines
@@ -135,8 +141,7 @@ def legend_handles(setup: Setup) -> list[Handle]:
         handles.append(Handle(f"{name}\n{count:,} points", patch=area))
     handles.append(Handle(_cell_text(setup), {"color": "0.7", "linewidth": 0.8}))
     for place, condition in enumerate(setup.conditions):
-        number = setup.colour_of(condition.name, place)
-        colour = CONDITION_COLOURS[number % len(CONDITION_COLOURS)]
+        colour = condition_colour(setup, condition, place)
         constrained = np.any(condition.constrained, axis=0) if len(condition.constrained) else []
         components = ", ".join(name for name, h in zip(names, constrained, strict=False) if h)
         style: dict[str, Any] = {"marker": "x", "markersize": 5}
@@ -148,6 +153,8 @@ def legend_handles(setup: Setup) -> list[Handle]:
             text = f"{condition.name}\n{condition.kind} in {components},\n{amount}"
             style = {"marker": arrow((1.0, 0.0)), "markersize": 14, "markerfacecolor": colour}
             sign = _ARROW
+        elif condition.is_of_flow:
+            text = f"{condition.name}\n{FLOW_KINDS[condition.kind]}"
         elif condition.kind != "affine":
             kind = "fixed" if np.all(constrained) else "roller"
             style = {"marker": support(kind, 1, -1), "markersize": 19, "markerfacecolor": "w"}

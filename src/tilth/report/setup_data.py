@@ -18,20 +18,32 @@ from tilth.report.water_line import nearby
 _MARGIN_RATIO = 0.08
 """Width of the region around the soil where surfaces are shown, over its longest side."""
 
+FLOW_KINDS = {
+    "drained": "drained",
+    "pressure": "excess pore pressure given",
+    "flux": "flux of water given",
+}
+"""Conditions of flow boundaries, and what they are in the legend."""
+
 
 @dataclass(frozen=True, eq=False)
 class Condition:
-    """An essential condition on k nodes; ``dim`` is 2 or 3."""
+    """An essential condition on k nodes, or a flow boundary; ``dim`` is 2 or 3."""
 
     name: str
     kind: str
-    """roller, fixed, prescribed or affine"""
+    """roller, fixed, prescribed or affine; of a flow boundary one of `FLOW_KINDS`"""
     position: Floats
-    """Positions of the nodes [length], shape (k, dim)."""
+    """Positions of the nodes, or of places on a flow boundary [length], shape (k, dim)."""
     constrained: NDArray[np.bool_]
     """Which components are prescribed, shape (k, dim)."""
     displacement: Floats | None = None
     """Prescribed displacement at the end [length], shape (k, dim); None for zero."""
+
+    @property
+    def is_of_flow(self) -> bool:
+        """Whether it is a flow boundary."""
+        return self.kind in FLOW_KINDS
 
 
 @dataclass(frozen=True, eq=False)

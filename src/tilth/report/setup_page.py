@@ -13,7 +13,14 @@ from tilth.report.colour_scale import ColourScale
 from tilth.report.explorer.boundaries import clipped
 from tilth.report.setup import legend_handles
 from tilth.report.setup_data import Condition, Setup, Surface
-from tilth.report.setup_view import CONDITION_COLOURS, FILLS, LOAD_COLOUR, MAXIMUM_LINES, outward
+from tilth.report.setup_view import (
+    CONDITION_COLOURS,
+    FILLS,
+    LOAD_COLOUR,
+    MAXIMUM_LINES,
+    condition_colour,
+    outward,
+)
 from tilth.report.stage_pages import everything
 from tilth.report.stage_setups import StagedSetup
 from tilth.report.surface_lines import clip_segments, moved_corners, oriented
@@ -139,7 +146,7 @@ def _marks(setup: Setup, low: Floats, high: Floats) -> Iterator[dict[str, Any]]:
                    "dash": [5, 4]}  # fmt: skip
         yield {"kind": "path", "position": _pairs(after), "colour": WATER_COLOUR, "water": True}
     for number, condition in enumerate(setup.conditions):
-        yield from _condition(condition, _colour(setup, condition.name, number), setup)
+        yield from _condition(condition, condition_colour(setup, condition, number), setup)
     for load in setup.loads:
         inside = ((load.position >= low) & (load.position <= high)).all(axis=1)
         yield _arrows(load.position[inside], load.force[inside], LOAD_COLOUR, "tip", _MOST_ARROWS)

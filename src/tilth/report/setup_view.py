@@ -17,7 +17,7 @@ from tilth.report.surface_view import draw_surface
 from tilth.report.symbols import arrows, support
 from tilth.report.texts import AS_IT_IS
 from tilth.report.tracked_surfaces import draw_tracked_lines
-from tilth.report.water_line import draw_water
+from tilth.report.water_line import WATER_COLOUR, draw_water
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,6 +35,8 @@ MAXIMUM_DRAWN_DOMAINS = 40_000
 MINIMUM_POINT_DIAMETER = 1.0 / 300.0
 """Diameter below which points are not drawn, over the longer side of the view."""
 MAXIMUM_SYMBOLS = 25
+MAXIMUM_CROSSES = 100
+"""Of a flow boundary, at most."""
 MAXIMUM_LINES = 150
 
 
@@ -81,13 +83,19 @@ def draw_view(
         return
     middle = 0.5 * (setup.position.min(axis=0) + setup.position.max(axis=0))
     for number, condition in enumerate(setup.conditions):
-        own = setup.colour_of(condition.name, number)
-        colour = CONDITION_COLOURS[own % len(CONDITION_COLOURS)]
+        colour = condition_colour(setup, condition, number)
         _draw_condition(axes, condition, chosen, lower, upper, middle, colour, notes)
     for load in setup.loads:
         position, force = load.position[:, chosen], load.force[:, chosen]
         keep = inside(load.position, lower, upper)
         arrows(axes, position[keep], force[keep], LOAD_COLOUR, pivot="tip")
+
+
+def condition_colour(setup: Setup, condition: Condition, number: int) -> str:
+    """Returns the colour of a condition with a number: that of water for flow boundaries."""
+    if condition.is_of_flow:
+        return WATER_COLOUR
+    return CONDITION_COLOURS[setup.colour_of(condition.name, number) % len(CONDITION_COLOURS)]
 
 
 def inside(position: Floats, lower: Floats, upper: Floats) -> NDArray[np.bool_]:
@@ -265,6 +273,8 @@ def _draw_condition(
     if lower.size == 3 and len(nodes) > MAXIMUM_SYMBOLS and np.all(np.ptp(nodes, axis=0) > 0.0):
         return  # a plane normal to the line of sight; another view shows it edge on
     every = -(-len(nodes) // MAXIMUM_SYMBOLS)
+    if condition.is_of_flow:
+        every = -(-len(nodes) // MAXIMUM_CROSSES)
     if condition.displacement is not None:
         every = -(-len(nodes) // (60 if condition.kind == "affine" else 12))
     if every > 1 and condition.kind != "affine":
@@ -278,9 +288,11 @@ def _draw_condition(
         group = nodes[pick][np.all(constrained[pick] == mask, axis=1)]
         axis, sign = outward(group, mask[chosen], middle[chosen])
         if condition.kind == "affine" or not np.any(mask[chosen]):
+            width = 1.6 if condition.is_of_flow else 1.0
             axes.plot(
-                *group.T, "x", color=colour, markersize=4, zorder=4, clip_on=False, in_layout=False
-            )
+                *group.T, "x", color=colour, markersize=4, markeredgewidth=width, zorder=4,
+                clip_on=False, in_layout=False,
+            )  # fmt: skip
             continue
         kind = "fixed" if np.all(mask[chosen]) else "roller"
         plot_line(
