@@ -260,7 +260,7 @@ def _long_parts(surfaces: Mapping[str, BodySurface]) -> Iterator[tuple[str, str]
         for key, share in surface.long_parts().items():
             yield (
                 f"length of {key}",
-                f"{key}.start: the part is {100.0 * share:.0f} % of the closed outline of "
+                f"{key}.start: it acts on {100.0 * share:.0f} % of the closed outline of "
                 f"{name!r}, from `start` to `end` with the soil on the left; for the other part "
                 "exchange `start` and `end`",
             )

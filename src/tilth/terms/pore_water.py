@@ -198,6 +198,12 @@ class _StoredWater(_OfWater):
             squeezed = np.einsum("n,k,l->nkl", volume, unit, unit)
             self._add(matrix, (PORE_PRESSURE, PORE_PRESSURE), at, squeezed[:, None, :, None])
 
+    def magnitude(self, x: Unknowns) -> Mapping[str, Floats]:
+        """As `AssembledTerm.magnitude`: the water taken up is a difference of whole volumes."""
+        water = self._water
+        volumes = water.initial_volume * (water.last.jacobian + water.before[:, STORED])
+        return {PORE_PRESSURE: water.integrals.scattered(volumes[:, None])}
+
     def add_schur(self, x: Unknowns, schur: Mapping[str, Floats]) -> None:
         """As `AssembledTerm.add_schur`: soil that is drained takes up V p / K_dr (fixed stress)."""
         soil, at, dim = self._water.soil, self._water.last, self._water.last.dim
