@@ -42,18 +42,20 @@ class FlowSurface:
         return FlowSurface(self.at.of(kept), self.normal[kept], self.weight[kept])
 
 
-def beside_water(water: WaterInStep, surface: FlowSurface) -> tuple[FlowSurface, Floats]:
-    """Returns the points in cells with water in their pores, and the conductivity there, (m,).
+def beside_water(water: WaterInStep, surface: FlowSurface) -> tuple[FlowSurface, Floats, Floats]:
+    """Returns the m points in cells with water in their pores, and conductivities there, (m,) each.
 
-    The conductivity at the start of the step is the mean around the nodes of each point's cell.
-    All processes call it.
+    At the start of the step: the mean of the soil around the nodes of each point's cell, and the
+    least of the harmonic means at these nodes. All processes call it.
     """
-    flow = water.nodal_sums(water.conductivity)
-    sums = water.soil.active.updated(np.column_stack([flow, water.nodal_volume]))
+    resistance = 1.0 / np.maximum(water.conductivity, 1e-300)
+    flow, resisted = (water.nodal_sums(each) for each in (water.conductivity, resistance))
+    sums = water.soil.active.updated(np.column_stack([flow, resisted, water.nodal_volume]))
     node = surface.at.node[surface.at.cell]
-    flow, volume = sums[node].sum(axis=1).T
-    wet = volume > 0.0
-    return surface.of(wet), flow[wet] / volume[wet]
+    wet = sums[node, 2].sum(axis=1) > 0.0
+    flow, resisted, volume = np.moveaxis(sums[node[wet]], 2, 0)
+    least = np.where(volume > 0.0, volume / np.maximum(resisted, 1e-300), np.inf).min(axis=1)
+    return surface.of(wet), flow.sum(axis=1) / volume.sum(axis=1), least
 
 
 class _ThroughSurface(Term):
@@ -68,7 +70,7 @@ class _ThroughSurface(Term):
     label: str
 
     def __init__(self, name: str, water: WaterInStep, surface: FlowSurface) -> None:
-        surface, self._conductivity = beside_water(water, surface)
+        surface, self._mean, self._least = beside_water(water, surface)
         self._name, self._size, self._surface = name, water.size, surface
         self._node = surface.at.node[surface.at.cell]
         self._coupled = Coupled(same_starts(self._node), self._node.ravel(), PORE_PRESSURE)
@@ -94,13 +96,14 @@ class _ThroughSurface(Term):
 class GivenPressure(_ThroughSurface):
     """A pressure on a surface, by Nitsche's method (Nitsche 1971).
 
-    With the outward normal n, the mean conductivity kappa of the soil at the surface, its cells of
-    size l and beta = `NITSCHE`, the balance of water has
+    With the outward normal n, the conductivity kappa of the soil at the surface, its cells of size
+    l and beta = `NITSCHE`, the balance of water has
 
         h int [-q kappa dp/dn - kappa dq/dn (p - p0) + beta kappa / l q (p - p0)] da,
 
     what flows out, the same for the test function, and a penalty. The cells that the surface cuts
-    need `GhostPressure`.
+    need `GhostPressure`. Where soils meet the first two have the least conductivity, which the
+    seepage and the ghost term bear in a cell cut anywhere, the penalty the mean.
 
     Args:
         name: of the flow boundary.
@@ -120,8 +123,9 @@ class GivenPressure(_ThroughSurface):
     def _balance(self) -> tuple[Floats | float, Floats]:
         at = self._surface.at
         value, slope = at.value, np.einsum("nai,ni->na", at.gradient, self._surface.normal)
-        own = slope - (NITSCHE / at.size[at.cell].max(axis=1))[:, None] * value
-        factor = self._size * self._conductivity * self._surface.weight
+        slope = self._least[:, None] * slope
+        own = slope - (NITSCHE * self._mean / at.size[at.cell].max(axis=1))[:, None] * value
+        factor = self._size * self._surface.weight
         matrix = np.einsum("na,nb->nab", value, slope) + np.einsum("na,nb->nab", own, value)
         return factor[:, None, None] * matrix, -self._pressure * factor[:, None] * own
 
