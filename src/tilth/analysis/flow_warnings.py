@@ -165,7 +165,7 @@ def _above_water(setup: Setup, points: MaterialPoints) -> Iterator[tuple[str, st
     times = (0.0, model.schedule.end)
     lower = points.position - points.half_length[:, -1:] * np.eye(model.dimension)[-1]
     for name, own in _of_materials(model, points):
-        height = np.min([lower[own, -1] - water.level(lower[own], time) for time in times], axis=0)
+        height = np.max([lower[own, -1] - water.level(lower[own], time) for time in times], axis=0)
         above = height > ROUND_OFF * min(model.cell_size)
         if above.any():
             yield (

@@ -25,9 +25,10 @@ from tilth.model import Model
 from tilth.model.laws import EXCESS_PORE_PRESSURE
 from tilth.model.stages import Stage
 from tilth.model.staging import copied
+from tilth.mpm.exchanged_water import exchanged_water
 from tilth.mpm.initial_points import initial_points, present_points
 from tilth.mpm.points import MaterialPoints, PointRange
-from tilth.mpm.pore_water import exchanged_pores
+from tilth.mpm.pore_water import PRESSURE
 from tilth.mpm.wet_mass import total_mass
 from tilth.terms.balance import Balance
 from tilth.terms.protocol import Role
@@ -52,7 +53,8 @@ def next_stage(last: Simulation, model: Model, initial: MaterialPoints) -> Simul
     points = last.state.points.selected(_remaining(last.state.points, model, stage))
     if len(points) == 0:
         raise BadInput(f"no soil is left in the stage {stage.name!r}", "keep some", key=key)
-    points = _with_materials(points, initial, key)
+    bulk_modulus = np.inf if model.flow is None else model.flow.bulk_modulus or np.inf
+    points = _with_materials(points, initial, bulk_modulus, key)
     points, grounds = _with_new_bodies(points, last.setup.model, model, initial, key)
     _reset(points, stage)
     end = last.setup.model.schedule.end
@@ -94,8 +96,13 @@ def _remaining(points: MaterialPoints, model: Model, stage: Stage) -> Flags:
     return kept
 
 
-def _with_materials(points: MaterialPoints, initial: MaterialPoints, key: str) -> MaterialPoints:
-    """Returns the points with the laws that `initial` has, their effective stress as it was."""
+def _with_materials(
+    points: MaterialPoints, initial: MaterialPoints, bulk_modulus: float, key: str
+) -> MaterialPoints:
+    """Returns the points with the laws that `initial` has, their effective stress as it was.
+
+    bulk_modulus: of the water, see `PoreWater`.
+    """
     new = {(range_.body, range_.layer): range_ for range_ in initial.ranges}
     ranges = [
         replace(new[range_.body, range_.layer], start=range_.start, stop=range_.stop)
@@ -110,7 +117,7 @@ def _with_materials(points: MaterialPoints, initial: MaterialPoints, key: str) -
             **points.arrays(),
             "state": state,
             "parameters": initial.parameters[points.point_id],
-            "water": exchanged_pores(points, initial.water[points.point_id]),
+            "water": exchanged_water(points, initial, bulk_modulus),
         },  # type: ignore[arg-type]
         ranges=ranges,
         varying=initial.varying,
@@ -135,17 +142,19 @@ def _exchange(before: MaterialPoints, part: MaterialPoints, key: str) -> None:
     """Gives the points of one range, which have a new law, the state that belongs to their stress.
 
     The elastic strain is that of the effective stress with the new law. An excess pore pressure,
-    of Kirchhoff's kind, stays if the new law has one too.
+    of Kirchhoff's kind, stays if the new law has one too, or water flows in one of the two.
     """
     jacobian = before.stress_jacobian
     kirchhoff = before.stress * jacobian[:, None]
     pore_pressure = np.zeros(len(before))
+    variables = list(part.ranges[0].law.state_variables)
     if EXCESS_PORE_PRESSURE in before.ranges[0].law.state_variables:
         pore_pressure = before.state_variable(EXCESS_PORE_PRESSURE)
     kirchhoff[:, :3] += pore_pressure[:, None]
+    if EXCESS_PORE_PRESSURE in variables and before.water.shape[1]:
+        pore_pressure = pore_pressure + before.water[:, PRESSURE] * jacobian
     part.state[:] = 0.0
     failed = part.start_with(kirchhoff)
-    variables = list(part.ranges[0].law.state_variables)
     if EXCESS_PORE_PRESSURE in variables:
         part.state[:, variables.index(EXCESS_PORE_PRESSURE)] = pore_pressure
         kirchhoff[:, :3] -= pore_pressure[:, None]

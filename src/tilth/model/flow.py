@@ -94,6 +94,11 @@ class PlaneFlowBoundary(_FlowBoundary):
     range: Ranges | None = None
     """Part with the condition, axis -> [least, greatest] coordinate [length]; all if not given."""
 
+    @classmethod
+    def required_keys(cls, given: Mapping[str, Any]) -> set[str]:
+        """As `Declared.required_keys`: a flux is refused by its condition."""
+        return super().required_keys(given) - {"flux"}
+
 
 class ImplicitFlowBoundary(_WithFlux):
     """Pressure or flux on a geometry at any position in the grid, which does not move."""

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from tilth.errors import Problem
+from tilth.model.boundaries import AffineBoundary
 from tilth.model.flow import PlaneFlowBoundary, SurfaceFlowBoundary
 from tilth.model.loads import BodyForce
 from tilth.model.problems import dotted, unknown_name
@@ -43,6 +44,7 @@ def flow_problems(model: Declaration) -> Iterator[Problem]:
     yield from _time(model)
     yield from _surfaces(model)
     yield from _not_yet(model)
+    yield from _given_volume(model)
 
 
 def _weights(model: Declaration) -> Iterator[Problem]:
@@ -112,6 +114,20 @@ def _not_yet(model: Declaration) -> Iterator[Problem]:
             what = f'tangential = "{contact.tangential}" cannot be computed together with [flow]'
             remedy = 'choose "smooth", "adhesion" or "bonded"'
             yield Problem(f"{key}.tangential", what, remedy, contact.tangential)
+
+
+def _given_volume(model: Declaration) -> Iterator[Problem]:
+    """Soil whose volume is given, with water that can neither leave it nor be compressed."""
+    assert model.flow is not None
+    moved = any(
+        isinstance(each, AffineBoundary) and each.nodes == "all" for each in model.boundaries
+    )
+    leaves = any(each.condition != "flux" for each in model.flow.boundaries)
+    leaves = leaves and all(stage.flow for _, stage in loading_stages(model))
+    if moved and not leaves and model.flow.bulk_modulus is None:
+        what = "missing: an affine motion gives the volume of all soil, which no water can leave"
+        remedy = "give the bulk modulus of the water, or a flow boundary where it is drained"
+        yield Problem("flow.bulk_modulus", what, remedy)
 
 
 def _contacts(model: Declaration) -> Iterator[tuple[str, Contact | None]]:

@@ -101,28 +101,6 @@ class PoreWater:
         return conductivity, change
 
 
-def exchanged_pores(points: MaterialPoints, new: Floats) -> Floats:
-    """Returns the water of points whose material is another one from now on, (n, 4).
-
-    Wet soil keeps its pores and its water, and has the new conductivity. The pores of soil that was
-    dry fill with water without excess pressure; those of soil that gets dry lose it.
-
-    new: water at the start with the new materials, shape (n, 4).
-    """
-    if new.shape[1] == 0:
-        return new
-    before = points.water
-    water = before.copy()
-    water[:, CONDUCTIVITY] = new[:, CONDUCTIVITY]
-    is_wet, was_wet = new[:, POROSITY] > 0.0, before[:, POROSITY] > 0.0
-    jacobian = points.volume / points.initial_volume
-    filled = is_wet & ~was_wet
-    water[filled] = new[filled]
-    water[filled, STORED] += jacobian[filled] - 1.0
-    water[~is_wet] = 0.0
-    return water
-
-
 @dataclass(frozen=True, eq=False)
 class WaterAt:
     """Water of n points at one displacement and pressure of a step.
