@@ -54,26 +54,29 @@ def check(model: Model) -> CheckResult:
 
 
 def consolidation_texts(model: Model) -> Iterator[str]:
-    """Yields what `tilth check` tells of the consolidation in each stage with flow.
+    """Yields what `tilth check` tells of the consolidation in stages with flow, if it is new.
 
     Raises:
         BadInput: as `StagedAnalysis.starts`.
     """
     length, time = model.units.length, model.units.time
+    told: set[str] = set()
     for simulation, _ in StagedAnalysis(model).starts():
         of, state = simulation.setup.model, simulation.state
         found = consolidation_time(of, state.undeformed(), state.surfaces, state.grid)
         if found is None:
             continue
-        stage = f"{of.stage.name}: " if of.stage.name else ""
         least, greatest = (f"{each:.3g}" for each in found.coefficients)
         both = least if least == greatest else f"{least} to {greatest}"
-        text = f"{stage}c_v {both} {length}^2/{time} with the stiffness at the start, "
+        text = f"c_v {both} {length}^2/{time} with the stiffness at the start, "
         if found.time is None:
-            yield f"{text}no pressure is given where water could leave"
+            text += "no pressure is given where water could leave"
         else:
-            yield (
-                f"{text}longest way of the water about {found.path:.3g} {length}: 90 % after about "
+            text += (
+                f"longest way of the water about {found.path:.3g} {length}: 90 % after about "
                 f"{found.time:.3g} {time}; a first step of about {found.first_step:.2g} {time} "
                 "resolves the beginning"
             )
+        if text not in told:
+            told.add(text)
+            yield f"{of.stage.name}: {text}" if of.stage.name else text
