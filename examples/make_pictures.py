@@ -8,7 +8,8 @@ Of the examples in `SURFACES` it draws the surface after every step, for the cas
 of those in `TROUGHS` the settlement on some grids and the last output; of those in `BASES` a case
 at one time with several bases, on the true domains. For the example of element tests it draws the
 first picture of each of its case files, `picture.png` of case.toml.
-Of those in `HISTORIES` it draws tracked quantities over time.
+Of those in `HISTORIES` it draws tracked quantities over time, of those in `ISOCHRONES` the excess
+pore pressure of the points at some times.
 Of those in `SAFETY` it draws the mechanism at the factor of safety. Of `hertz` it draws the shear
 under the cylinder of cattaneo.toml as well, cattaneo.png; of `strip_footing` graded.toml as
 well, graded.png.
@@ -29,6 +30,8 @@ import tilth
 from tilth.analysis.march import march
 from tilth.curves import LocalCubicSpline
 from tilth.element_tests.plots import draw_plot
+from tilth.mpm.initial_points import initial_points
+from tilth.mpm.pore_water import PRESSURE
 from tilth.output.folder import SETUP
 from tilth.output.vtkhdf import read_results
 from tilth.plot.run import PlottedRun
@@ -36,6 +39,7 @@ from tilth.plot.surroundings import draw_segments
 from tilth.plot.views import PlaneView, around
 from tilth.report.field_plots import draw_frames
 from tilth.report.setup_file import read_setup
+from tilth_verification import mandel, terzaghi
 from tilth_verification.cases import varied
 from tilth_verification.cattaneo import FRICTION, normal_contact, tractions
 from tilth_verification.closed_forms.elastic_contact import Cattaneo
@@ -49,6 +53,11 @@ SURFACES = {"pressure_cantilever": ("case.toml", "fine.toml")}
 FIELDS = {"random_field_slope": "undrained_shear_strength", "k0_slope": "pore_pressure"}
 BASES = {"generalized_shear": ("turn.toml", 15)}
 HISTORIES = ("elastic_bar", "shear_column")
+ISOCHRONES = {
+    "terzaghi": (terzaghi.isochrone, 1, (273.75, 638.75, 1186.25, 1825.0, 3650.0)),
+    "mandel": (mandel.isochrone, 0, (2.0, 10.0, 40.0, 80.0, 150.0)),
+}
+"""Example -> reference, axis along which the pressure is drawn, times."""
 SAFETY = ("slope_strength_reduction", "infinite_slope")
 TROUGHS = {"tunnel": (0.6, 0.3)}
 RULES = (("cpdi2", None), ("gimp", "left_stretch"), ("gimp", "corners"), ("linear", None))
@@ -297,6 +306,47 @@ def draw_histories(name: str) -> None:
     figure.savefig(EXAMPLES / name / "picture.png", dpi=110)
 
 
+def draw_isochrones(name: str) -> None:
+    """The excess pressure of the points along an axis, and the reference, at some times."""
+    reference, axis, times = ISOCHRONES[name]
+    model = tilth.load_case(EXAMPLES / name / "case.toml")
+    profiles, history = {}, []
+
+    def after_step(simulation, result, time):
+        points = simulation.state.points
+        pressure = points.water[:, PRESSURE]
+        history.append((time, pressure.max(), 1.0 - points.volume.sum() / whole))
+        for each in times:
+            if abs(time - each) < 1e-6 * times[-1]:
+                profiles[each] = points.position[:, axis].copy(), pressure.copy()
+
+    whole = initial_points(model).initial_volume.sum()
+    march(model, after_step)
+    figure = Figure(figsize=(8.6, 3.8), layout="constrained")
+    along, over = figure.subplots(1, 2)
+    units, colours = model.units, ("#1d3557", "#118ab2", "#2a6f4e", "#e09f3e", "#c1121f")
+    for time, colour in zip(times, colours, strict=True):
+        place, value = reference(model, time)
+        found, pressure = profiles[time]
+        lines = (place, value, found, pressure) if axis == 0 else (value, place, pressure, found)
+        along.plot(*lines[:2], color=colour, linewidth=1.0)
+        along.plot(*lines[2:], "o", color=colour, markersize=3.5, label=f"{time:g} {units.time}")
+    names = f"{'xyz'[axis]} [{units.length}]", f"excess pore pressure [{units.stress}]"
+    along.set(xlabel=names[axis == 1], ylabel=names[axis == 0])
+    along.set_title("points, and reference as lines", fontsize=9)
+    along.legend(fontsize=8, frameon=False)
+    time, highest, lost = np.array(history).T
+    over.plot(time, highest, color="#c1121f")
+    over.set(xlabel=f"time [{units.time}]", ylabel=f"greatest excess pressure [{units.stress}]")
+    over.yaxis.label.set_color("#c1121f")
+    other = over.twinx()
+    other.plot(time, 100.0 * lost, color="#1d3557")
+    other.set_ylabel("water that has left over the volume [%]", color="#1d3557")
+    for axes in (along, over):
+        axes.grid(color="0.9", linewidth=0.6)
+    figure.savefig(EXAMPLES / name / "picture.png", dpi=110)
+
+
 def draw_element_tests(name: str) -> None:
     """The first picture that each case file of element tests declares."""
     for file in sorted((EXAMPLES / name).glob("*.toml")):
@@ -322,6 +372,8 @@ if __name__ == "__main__":
             draw_trough(name, TROUGHS[name])
         elif name in HISTORIES:
             draw_histories(name)
+        elif name in ISOCHRONES:
+            draw_isochrones(name)
         elif name == "element_tests":
             draw_element_tests(name)
         else:

@@ -33,6 +33,7 @@ from tilth_verification import (
     k0_slope,
     layered_cut,
     layered_footing,
+    mandel,
     oedometer,
     plane_strain_block,
     plate_anchor,
@@ -57,6 +58,7 @@ from tilth_verification import (
     strip_footing,
     strip_footing_friction,
     submerged_block,
+    terzaghi,
     thick_cylinder,
     triaxial_specimen,
     tunnel,
@@ -124,5 +126,7 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "layered_cut": layered_cut.comparisons,
     "slope_run_out": slope_run_out.comparisons,
     "column_collapse": column_collapse.comparisons,
+    "terzaghi": terzaghi.comparisons,
+    "mandel": mandel.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""

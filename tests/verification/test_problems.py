@@ -32,6 +32,7 @@ FIRST = {
     "square_footing": 1,
     "strip_footing": 5,
     "strip_footing_friction": 3,
+    "terzaghi": 12,
     "thick_cylinder": 119,
     "tunnel": 6,
     "upsetting": 5,

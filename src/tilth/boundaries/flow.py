@@ -63,7 +63,7 @@ class FlowBoundaries:
         """Returns which nodes have a given pressure at a time, and this, shape (nodes, 1) each."""
         value = np.zeros((active.nodes, 1))
         for plane in self._planes:
-            value[plane.nodes.nodes(active)] = plane.value(time)
+            value[plane.nodes.on_plane(active)] = plane.value(time)
         held = self._plane_of_nodes(active)[:, None] >= 0
         return active.updated(held), active.updated(value)
 
@@ -82,7 +82,7 @@ class FlowBoundaries:
         """Returns the number of the plane that counts at each node, shape (nodes,); else -1."""
         which = np.full(active.nodes, -1)
         for number, plane in enumerate(self._planes):
-            which[plane.nodes.nodes(active)] = number
+            which[plane.nodes.on_plane(active)] = number
         return which
 
     def terms(
@@ -149,6 +149,9 @@ class _Acting:
 
 class _OnPlane(_Acting):
     """A pressure on the nodes of a plane.
+
+    Those beyond it stay free, as parts of domains reach them: the ghost stabilisation would take
+    the gradient that they leave for that of the soil in front of the plane.
 
     Attributes:
         nodes: tells which they are.

@@ -40,13 +40,15 @@ class Nodal:
             tolerance = POSITION_TOLERANCE * active.grid.largest_size
             distance = np.abs(active.position - np.asarray(declared.at))
             return np.asarray((distance <= tolerance).all(axis=1))
-        on_plane = self._on_plane(declared, active)
+        on_plane = self.on_plane(active)
         if declared.solid_side is not None:
             return on_plane
         return on_plane | self._beyond(declared, active, on_plane)
 
-    @staticmethod
-    def _on_plane(declared: PlaneBoundary, active: ActiveGrid) -> Flags:
+    def on_plane(self, active: ActiveGrid) -> Flags:
+        """Returns which active nodes are on the plane, or behind it on its solid side, (nodes,)."""
+        declared = self._declared
+        assert isinstance(declared, PlaneBoundary)
         tolerance = POSITION_TOLERANCE * active.grid.largest_size
         axis = AXES.index(declared.axis)
         distance = active.position[:, axis] - declared.at

@@ -149,6 +149,7 @@ def _material(name: str, material: Material, model: Model) -> str:
         "-": "",
         "degrees": " degrees",
         "length": f" {model.units.length}",
+        "length / time": f" {model.units.length}/{model.units.time}",
         "stress": f" {model.units.stress}",
         "mass / length^3": f" {model.units.mass}/{model.units.length}^3",
         "length / time": f" {model.units.length}/{model.units.time}",
