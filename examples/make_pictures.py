@@ -39,7 +39,7 @@ from tilth.plot.surroundings import draw_segments
 from tilth.plot.views import PlaneView, around
 from tilth.report.field_plots import draw_frames
 from tilth.report.setup_file import read_setup
-from tilth_verification import mandel, terzaghi
+from tilth_verification import cam_clay_consolidation, large_consolidation, mandel, terzaghi
 from tilth_verification.cases import varied
 from tilth_verification.cattaneo import FRICTION, normal_contact, tractions
 from tilth_verification.closed_forms.elastic_contact import Cattaneo
@@ -54,7 +54,9 @@ FIELDS = {"random_field_slope": "undrained_shear_strength", "k0_slope": "pore_pr
 BASES = {"generalized_shear": ("turn.toml", 15)}
 HISTORIES = ("elastic_bar", "shear_column")
 ISOCHRONES = {
+    "cam_clay_consolidation": (cam_clay_consolidation.isochrone, 1, (4.0, 10.0, 20.0, 40.0, 80.0)),
     "terzaghi": (terzaghi.isochrone, 1, (273.75, 638.75, 1186.25, 1825.0, 3650.0)),
+    "large_consolidation": (large_consolidation.isochrone, 1, (80.0, 240.0, 480.0, 800.0, 1600.0)),
     "mandel": (mandel.isochrone, 0, (2.0, 10.0, 40.0, 80.0, 150.0)),
 }
 """Example -> reference, axis along which the pressure is drawn, times."""

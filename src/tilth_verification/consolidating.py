@@ -15,6 +15,7 @@ from tilth.arrays import Floats
 from tilth.grid.keys import find_keys
 from tilth.model import Model
 from tilth.mpm.points import MaterialPoints
+from tilth.mpm.pore_water import PRESSURE
 
 
 @dataclass
@@ -24,6 +25,7 @@ class Consolidation:
     Attributes:
         time: at the ends of the steps.
         pressure: excess at the nodes nearest to some places [stress], (k,) after each step.
+        top: pressure of the topmost points [stress].
         least, greatest: of the nodes with soil [stress].
         volume: of the soil [length^dim].
         force: on the soil, of the boundary that is asked for, (dim,) after each step.
@@ -32,6 +34,7 @@ class Consolidation:
 
     time: list[float] = field(default_factory=list)
     pressure: list[Floats] = field(default_factory=list)
+    top: list[float] = field(default_factory=list)
     least: list[float] = field(default_factory=list)
     greatest: list[float] = field(default_factory=list)
     volume: list[float] = field(default_factory=list)
@@ -52,9 +55,13 @@ class Consolidation:
 
 def conductivity(model: Model, material: str) -> float:
     """Returns kappa = k / gamma_w of a material [length^4 / (force time)]."""
-    value = getattr(model.materials[material], "hydraulic_conductivity")  # noqa: B009
     assert model.flow is not None
-    return float(value) / model.flow.unit_weight
+    return number(model, material, "hydraulic_conductivity") / model.flow.unit_weight
+
+
+def number(model: Model, material: str, key: str) -> float:
+    """Returns a number of a material that is the same everywhere."""
+    return float(getattr(model.materials[material], key))
 
 
 def consolidate(
@@ -77,11 +84,13 @@ def consolidate(
         assert water is not None
         node = [int(np.abs(active.position - place).max(axis=1).argmin()) for place in places]
         value = water.value[find_keys(water.key, active.key), 0]
+        points = simulation.state.points
         found.time.append(time)
+        found.top.append(float(points.water[points.position[:, -1].argmax(), PRESSURE]))
         found.pressure.append(value[node])
         found.least.append(float(value.min()))
         found.greatest.append(float(value.max()))
-        found.volume.append(float(simulation.state.points.volume.sum()))
+        found.volume.append(float(points.volume.sum()))
         if boundary:
             found.force.append(np.asarray(result.resultant(boundary)))
 

@@ -10,6 +10,7 @@ from tilth_verification import (
     block_on_plane,
     buoyancy,
     buried_pipe,
+    cam_clay_consolidation,
     cavity_expansion,
     collapse,
     column_collapse,
@@ -31,6 +32,7 @@ from tilth_verification import (
     inclined_column,
     infinite_slope,
     k0_slope,
+    large_consolidation,
     layered_cut,
     layered_footing,
     mandel,
@@ -128,5 +130,7 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "column_collapse": column_collapse.comparisons,
     "terzaghi": terzaghi.comparisons,
     "mandel": mandel.comparisons,
+    "large_consolidation": large_consolidation.comparisons,
+    "cam_clay_consolidation": cam_clay_consolidation.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""
