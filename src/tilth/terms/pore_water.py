@@ -215,13 +215,6 @@ class _StoredWater(_OfWater):
         pair = PORE_PRESSURE, PORE_PRESSURE
         self._water.integrals.add_blocks(self._space.positions(pair), mass, schur[PORE_PRESSURE])
 
-    def magnitude(self, x: Unknowns) -> Mapping[str, Floats]:
-        """As `AssembledTerm.magnitude`: in a step what is stored is the difference of volumes."""
-        water, at = self._water, self._water.evaluate(x)
-        stored = np.abs(at.stored) + np.abs(water.before[:, STORED])
-        volumes = at.volume + water.initial_volume * stored
-        return {PORE_PRESSURE: water.integrals.scattered(volumes[:, None])}
-
     def commit(self, x: Unknowns, checked: None) -> None:
         """As `AssembledTerm.commit`; water that is held while the soil is moved stays as it is."""
         field = self._space.fields[PORE_PRESSURE]
