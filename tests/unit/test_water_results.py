@@ -165,6 +165,8 @@ def test_the_velocity_of_steady_flow_is_that_of_darcy(tmp_path: Path) -> None:
     assert RunResults(result.folder).field("darcy_velocity_y").shape == (len(result.points),)
     assert field_unit("darcy_velocity", {"length": "m", "time": "day"}) == "m/day"
     assert field_unit("darcy_velocity", {"length": "m", "time": ""}) == "-"
+    assert field_unit("hydraulic_conductivity", {"length": "m", "time": "day"}) == "m/day"
+    assert field_unit("hydraulic_conductivity", {"length": "", "time": ""}) == "length / time"
 
 
 def test_soil_that_lets_no_water_in_has_no_excess_pressure(tmp_path: Path) -> None:

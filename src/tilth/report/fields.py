@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 
 import numpy as np
@@ -87,6 +88,16 @@ def _component(values: Floats, component: str) -> Floats | None:
     return flat[:, names9.index(component)] if component in names9 else None
 
 
+def _labelled(unit: str, units: Mapping[str, str]) -> str:
+    """Returns a unit such as "length / time" with the labels in it, if all of them are known."""
+    if unit in units:
+        return units[unit] or "-"
+    words = re.findall("[a-z]+", unit)
+    if not words or not all(units.get(word) for word in words):
+        return unit
+    return re.sub("[a-z]+", lambda word: units[word[0]], unit).replace(" ", "")
+
+
 def field_unit(field: str, units: Mapping[str, str]) -> str:
     """Returns the label of the unit of a point field, without component; "-" if it has none."""
     if field in ("displacement", "domain"):
@@ -100,5 +111,5 @@ def field_unit(field: str, units: Mapping[str, str]) -> str:
     if state_units().get(field) == "stress":
         return units.get("stress", "") or "-"
     if (unit := parameter_unit(field)) is not None:
-        return units.get(unit, "" if unit in units else unit) or "-"
+        return _labelled(unit, units)
     return units.get(field) or "-"  # the volume, and the state variables of the user's laws
