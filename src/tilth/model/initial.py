@@ -203,6 +203,7 @@ class StressOfRun(Declared):
 
     Points at the place of a point of that run have its state. Elsewhere it is interpolated linearly
     between the points of the other run's body, at its edge it is that of the nearest point.
+    Where water flows in that run it is the effective stress; the excess pore pressure begins at 0.
     """
 
     type: Literal["run"] = "run"

@@ -123,6 +123,8 @@ class Snapshot:
     """Point fields by full name: scalars (n,), vectors (n, dim), symmetric tensors (n, 6), general
     tensors (n, 3, 3). ``displacement`` [length] since the start, ``cauchy_stress`` [stress],
     with inertia ``velocity`` [length/time] and ``acceleration`` [length/time^2],
+    with water ``effective_stress`` and ``pore_pressure`` [stress], where it flows
+    ``excess_pore_pressure`` [stress] and ``darcy_velocity`` [length/time],
     ``plastic_strain`` [-] (equivalent), ``volume`` [length^dim, in axisymmetry length^3],
     ``domain`` [length] (half lengths of the point's domain), where bodies have corners (CPDI)
     ``domain_corners`` [length], relative to the point, x fastest, shape (n, 2**dim, dim), on
