@@ -65,6 +65,7 @@ from tilth_verification import (
     triaxial_specimen,
     tunnel,
     two_cylinders,
+    undrained_limit,
     upsetting,
     vertical_cut,
 )
@@ -132,5 +133,6 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "mandel": mandel.comparisons,
     "large_consolidation": large_consolidation.comparisons,
     "cam_clay_consolidation": cam_clay_consolidation.comparisons,
+    "undrained_limit": undrained_limit.comparisons,
 }
 """Problem (the name of its folder in `examples`) -> its comparisons, given whether to run long."""

@@ -12,12 +12,22 @@ from typing import Any
 
 import numpy as np
 
+from tilth.analysis.march import march_stages
+from tilth.analysis.staged import StagedAnalysis
+from tilth.analysis.step_result import StepResult
 from tilth.arrays import Floats
 from tilth.model import HenckyElastic, Model
 from tilth_verification.cases import BASES, example, varied, with_basis
 from tilth_verification.closed_forms import Moduli
 from tilth_verification.closed_forms.consolidation import Layer, LayerOnDrain, TwoLayers
-from tilth_verification.comparison import Comparison, absolute, at_least, at_most, relative
+from tilth_verification.comparison import (
+    Comparison,
+    absolute,
+    at_least,
+    at_most,
+    relative,
+    vanishing,
+)
 from tilth_verification.consolidating import conductivity, consolidate
 from tilth_verification.convergence import log_slope
 
@@ -39,7 +49,7 @@ FIRST = 0.01
 
 
 def comparisons(long: bool) -> Iterator[Comparison]:
-    """Bases and grids; exact in time; the first step; two layers; compressible water; 3D."""
+    """Bases and grids; in time; the first step; layers; compressible water; stages; 3D."""
     for basis in BASES:
         yield from grids(basis, (8, 16, 32) if long else (8, 16))
     yield from in_time()
@@ -48,6 +58,7 @@ def comparisons(long: bool) -> Iterator[Comparison]:
     for basis in BASES if long else ("linear", "gimp"):
         yield from two_layers(basis, 16)
     yield from compressible()
+    yield from undrained_stage()
     yield from in_space()
 
 
@@ -216,6 +227,33 @@ def compressible() -> Iterator[Comparison]:
         reference = exact.pressure(HEIGHT, found.time[-1], found.steps)
         quantity = f"pressure at the top, compressible water, {name}, gimp, 16 cells"
         yield relative(quantity, value, reference, 0.002, DISCRETE)
+
+
+def undrained_stage() -> Iterator[Comparison]:
+    """The load comes in a stage in which no water flows; then it flows."""
+    entries = column(16, 20).to_dict()
+    schedule = entries.pop("schedule")
+    entries["loads"][0].pop("factor")  # grows over its stage, then stays
+    entries["stages"] = [
+        {"name": "fill", "flow": False, "schedule": {"end": 1.0, "steps": 2}},
+        {"name": "rest", "schedule": schedule},
+    ]
+    pressure: list[Floats] = []
+
+    def after_step(analysis: StagedAnalysis, result: StepResult) -> None:
+        water = analysis.simulation.state.pore_pressure
+        assert water is not None
+        pressure.append(water.value[:, 0] / LOAD)
+
+    model = Model.from_dict(entries)
+    march_stages(model, after_step)
+    worst = float(np.abs(pressure[1] - 1.0).max())
+    quantity = "largest difference of the pressure from the load after a stage without flow"
+    yield vanishing(quantity, worst, 1e-6, "no water leaves")
+    end, exact = float(schedule["end"]), closed_form(model)
+    reference = exact.pressure(HEIGHT, end, [end / 20] * 20)
+    quantity = "pressure at the top, gimp, 16 cells, after a stage without flow"
+    yield relative(quantity, float(pressure[-1].max()), reference, 0.002, DISCRETE)
 
 
 def in_space() -> Iterator[Comparison]:

@@ -80,6 +80,10 @@ MISSED = (
     _long("spudcan_sand_over_clay", "peak resistance, h D/8", 0.218243),
     _long("cone_penetration", f"{ROUGHNESS}, 3D", 0.0207119),
     _long("cone_penetration", "force at * m, the farthest apart, 3D and axisymmetric", 0.158933),
+    Missed("undrained_limit", "fall of P from its peak to the end, friction, h 0.125 m", 0.0557929),
+    _long("undrained_limit", "greatest P / s_u, friction, h 0.0625 m", 0.0487756),
+    _long("undrained_limit", "fall of P from its peak to the end, friction, h 0.0625 m", 0.0736234),
+    _long("undrained_limit", "difference of the greatest P / s_u, friction, h 0.0625 m", 0.303136),
 )
 """In the order of the problems; decision 18 says why."""
 

@@ -37,6 +37,7 @@ FIRST = {
     "terzaghi": 12,
     "thick_cylinder": 119,
     "tunnel": 6,
+    "undrained_limit": 12,
     "upsetting": 5,
 }
 """How many rows of a problem are computed, if not all."""
