@@ -152,7 +152,6 @@ def _material(name: str, material: Material, model: Model) -> str:
         "length / time": f" {model.units.length}/{model.units.time}",
         "stress": f" {model.units.stress}",
         "mass / length^3": f" {model.units.mass}/{model.units.length}^3",
-        "length / time": f" {model.units.length}/{model.units.time}",
     }
 
     def text(key: str, value: Any) -> str:
