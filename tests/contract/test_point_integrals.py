@@ -277,6 +277,17 @@ def test_same_bits_for_any_number_of_threads(dim: int, basis: str, rows: str, co
     assert len(bits) == 1
 
 
+def test_blocks_of_a_range_with_one_group() -> None:
+    """Points in one cell alone: their blocks are those of the dense arrays as well."""
+    model = Model.from_dict(block_entries("plane_strain", "linear", cells=1))
+    simulation = Simulation(model)
+    active = Laboratory("plane_strain", simulation.state.points, simulation.state.grid).active
+    assert [len(each.start) for each in active.stencils] == [2]
+    matrices, parts = random_matrices(active, "1", "dim"), dense_basis(active)
+    expected = np.einsum("pak,pikjl,pbl->aibj", parts, matrices, parts)
+    close(dense_matrix(active, added(active, matrices)), expected)
+
+
 def test_blocks_are_added() -> None:
     active = located(2, "gimp")
     matrices = random_matrices(active, "1", "dim")

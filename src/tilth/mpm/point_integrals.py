@@ -87,6 +87,6 @@ class PointIntegrals:
             ValueError: shapes or positions do not fit together.
         """
         for (points, stencil), (start, position) in zip(self._ranges(), positions, strict=True):
-            if len(start) <= 1:  # a range without one of the fields has no groups
+            if len(position) == 0:  # a range without one of the fields
                 continue
             _core.add_point_blocks(stencil, start, position, matrices[points], blocks)
