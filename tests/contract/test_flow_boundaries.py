@@ -175,6 +175,40 @@ def test_a_turned_column_consolidates_as_an_upright_one(basis: str, drain: str) 
     assert np.abs(error).max() < 0.03
 
 
+LAYERS = [
+    (1e3, 8.1, 0.5, "gimp"), (1e-3, 8.05, 1.0, "linear"), (1e-3, 8.1, 0.5, "gimp"),
+    (1e-3, 8.3, 0.1, "linear"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("ratio", "top", "thickness", "basis"), LAYERS)
+def test_a_drained_skin_of_other_conductivity(
+    ratio: float, top: float, thickness: float, basis: str
+) -> None:
+    """The pressure stays between that of the drain and the load, up to 5 % of the load.
+
+    With the mean conductivity in all of Nitsche's terms it was up to 3000 loads.
+    """
+    entries = column(basis=basis, top=top - thickness)
+    entries["materials"]["soil"] |= {"young_modulus": 1e3, "poisson_ratio": 0.0}
+    entries["bodies"][0]["shape"]["lower"][-1] = 0.0
+    shape = {"type": "box", "lower": [0.0, top - thickness], "upper": [1.0, top]}
+    skin = {"name": "skin", "material": "skin", "shape": shape}
+    entries["bodies"].append({**entries["bodies"][0], **skin})
+    entries["boundaries"] = rollers("plane_strain", 1.0)
+    load = top_part("plane_strain", top) | {"body": "skin", "pressure": LOAD}
+    entries["loads"] = [{**load, "factor": [[0, 1], [1e9, 1]]}]
+    skin_soil = {"porosity": 0.5, "hydraulic_conductivity": ratio}
+    entries["materials"]["skin"] = {**entries["materials"]["soil"], **skin_soil}
+    simulation = Simulation(with_flow(entries, [implicit("drain", 1, top, -1.0, 2)]))
+    unit = (8.0 if ratio > 1.0 else 3000.0) / 1e3
+    for before, after in pairwise([0.0, *np.geomspace(5e-4, 0.1, 10), *np.linspace(0.15, 1.0, 18)]):
+        simulation.advance(unit * before, unit * after)
+        pressure = pressures(simulation)[1] / LOAD
+        assert pressure.min() > -0.05
+        assert pressure.max() < 1.05
+
+
 def test_a_drain_inside_the_soil_takes_from_both_sides() -> None:
     """A pressure on a line of the grid at which the soil goes on; errors over this pressure.
 
