@@ -17,7 +17,7 @@ from tilth import Model, run
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.errors import BadInput
-from tilth.mpm.pore_water import PRESSURE
+from tilth.mpm.pore_water import PRESSURE, STORED
 
 STIFF = {"young_modulus": 1e6, "poisson_ratio": 0.0}
 OFF = 0.3
@@ -173,6 +173,26 @@ def test_a_turned_column_consolidates_as_an_upright_one(basis: str, drain: str) 
     error = points.water[:, PRESSURE] / LOAD - terzaghi(depth, 0.2)
     assert np.sqrt((error**2).mean()) < 0.01
     assert np.abs(error).max() < 0.03
+
+
+def test_no_water_enters_soil_without_pores() -> None:
+    """A flux at the foot of two columns, one of which lets no water in."""
+    entries = column()
+    shape = {"type": "box", "lower": [1.0, OFF], "upper": [3.0, 6.0]}
+    dry = {"name": "dry", "material": "dry", "shape": shape}
+    entries["bodies"].append({**entries["bodies"][0], **dry})
+    entries["materials"]["dry"] = dict(entries["materials"]["soil"])
+    for each in entries["boundaries"]:
+        if each["name"] == "high x":
+            each["at"] = 3.0
+    source = implicit("foot drain", 1, OFF, 1.0, 2, condition="flux", flux=1e-6)
+    simulation = Simulation(with_flow(entries, [source]))
+    before = simulation.state.points.water[:, STORED].copy()
+    result = simulation.advance(0.0, 1.0)
+    points = simulation.state.points
+    taken = (points.initial_volume * (points.water[:, STORED] - before)).sum()
+    assert result.discharge("foot drain") == pytest.approx(-1e-6, rel=1e-9)
+    assert taken == pytest.approx(1e-6, rel=1e-6)
 
 
 LAYERS = [

@@ -13,11 +13,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from tilth.arrays import Flags, Floats
+from tilth.grid.keys import find_keys
 from tilth.mpm.pattern import Elements, same_starts
 from tilth.mpm.quadrature import PointsInCells
 from tilth.terms.pore_water import PORE_PRESSURE, LinearInPressure, LinearPart, WaterInStep
 from tilth.terms.protocol import AssembledTerm, Role, Term
 from tilth.terms.space import Coupled, Space
+
+LEAST_FILLING = 1e-6
+"""Share of a cell with wet soil from which water flows through a surface in it [-]."""
 
 NITSCHE = 20.0
 """Factor of the penalty on a given pressure [-]."""
@@ -43,17 +47,19 @@ class FlowSurface:
 
 
 def beside_water(water: WaterInStep, surface: FlowSurface) -> tuple[FlowSurface, Floats, Floats]:
-    """Returns the m points in cells with water in their pores, and conductivities there, (m,) each.
+    """Returns the m points in cells with wet soil, and conductivities there, shape (m,) each.
 
     At the start of the step: the mean of the soil around the nodes of each point's cell, and the
     least of the harmonic means at these nodes. All processes call it.
     """
+    at, active = surface.at, water.soil.active
+    cell = find_keys(active.cell_keys, active.key[at.node[:, 0]])  # key: of its lowest node
+    filled = water.in_cells(water.conductivity)[0][cell]
+    wet = (filled > LEAST_FILLING * at.size.prod(axis=1))[at.cell]
     resistance = 1.0 / np.maximum(water.conductivity, 1e-300)
     flow, resisted = (water.nodal_sums(each) for each in (water.conductivity, resistance))
-    sums = water.soil.active.updated(np.column_stack([flow, resisted, water.nodal_volume]))
-    node = surface.at.node[surface.at.cell]
-    wet = sums[node, 2].sum(axis=1) > 0.0
-    flow, resisted, volume = np.moveaxis(sums[node[wet]], 2, 0)
+    sums = active.updated(np.column_stack([flow, resisted, water.nodal_volume]))
+    flow, resisted, volume = np.moveaxis(sums[at.node[at.cell][wet]], 2, 0)
     least = np.where(volume > 0.0, volume / np.maximum(resisted, 1e-300), np.inf).min(axis=1)
     return surface.of(wet), flow.sum(axis=1) / volume.sum(axis=1), least
 
