@@ -112,6 +112,13 @@ WARNINGS: Mapping[str, tuple[Mapping[str, Any], str, str]] = {
     "above the water": (
         {**UNDER_WATER, "water": {"level": 2.0, "unit_weight": 10.0}},
         "materials.clay.hydraulic_conductivity", "above the level"),
+    "contact pair": (
+        {"bodies": [{**ENTRIES["bodies"][0], "name": name, "shape": {
+            "type": "box", "lower": [0.0, low], "upper": [0.5, low + 1.5]}}
+            for name, low in (("low", 0.0), ("soil", 1.5))],
+         "contact_pairs": [{"name": "joint", "bodies": ["low", "soil"], "contact": {
+             "normal": "bilateral", "tangential": "bonded"}}]},
+        "contact_pairs[0]", "lets no water pass"),
     "level that falls": (
         {**UNDER_WATER, "water": {"level": 2.0, "initial_level": 3.0, "unit_weight": 10.0}},
         "materials.clay.hydraulic_conductivity", "above the level"),
@@ -151,6 +158,18 @@ def test_stages_are_named() -> None:
     texts = [*consolidation_texts(Model.from_dict(column(schedule=None, stages=stages)))]
     assert len(texts) == 1
     assert texts[0].startswith("rest: c_v 0.673 m^2/day")
+
+
+def test_a_stage_has_a_line_where_the_pressure_is_given() -> None:
+    stages = [
+        {"name": "one", "schedule": {"end": 1.0, "steps": 5}},
+        {"name": "two", "schedule": {"end": 1.0, "steps": 5}, "grid": {"cell_size": 0.25}},
+        {"name": "three", "schedule": {"end": 1.0, "steps": 5}, "grid": {"cell_size": 0.3}},
+    ]
+    changes = {"schedule": None, "stages": stages, "flow.boundaries.0.at": 0.5}
+    found = [text for text in warned(changes) if "flow" in text]
+    assert len(found) == 1
+    assert found[0].startswith("flow.boundaries[0].at = 0.5: in the stage 'three': the grid of")
 
 
 def test_check_prints_flow_and_time() -> None:

@@ -66,6 +66,7 @@ def flow_warnings(setup: Setup, state: State) -> Iterator[tuple[str, str]]:
     if not model.water_flows:
         return
     yield from _planes_without_soil(model, state)
+    yield from _impermeable_pairs(model, points)
     found = consolidation_time(model, points, state.surfaces, state.grid)
     if found is not None and found.time is not None:
         yield from _steps(model, found, found.time)
@@ -178,13 +179,24 @@ def _above_water(setup: Setup, points: MaterialPoints) -> Iterator[tuple[str, st
 
 
 def _planes_without_soil(model: Model, state: State) -> Iterator[tuple[str, str]]:
-    """Flow boundaries on planes that no soil with flowing water touches."""
+    """Flow boundaries on planes that no soil with flowing water touches, or no line of the grid."""
     assert model.flow is not None
     points, keys = state.points, model.flow_boundary_keys()
     wet = points.water[:, CONDUCTIVITY] > 0.0
     position = points.position[wet]
     edge = state.grid.sizes_at(position)
     for _, plane in flow_planes(model):
+        place = np.zeros((1, model.dimension))
+        place[0, AXES.index(plane.axis)] = plane.at
+        line = float(state.grid.in_cells(place)[0, AXES.index(plane.axis)])
+        if abs(line - round(line)) > ROUND_OFF:
+            yield (
+                f"line of {plane.name}",
+                f"{keys[plane.name]}.at = {plane.at:g}: the grid of this stage has no line there, "
+                f"so that {plane.name!r} does nothing: give it another grid, or the boundary the "
+                'type = "implicit"',
+            )
+            continue
         near: Flags = np.ones(len(position), dtype=bool)
         ranges = {plane.axis: (plane.at, plane.at), **(plane.range or {})}
         for name, (low, high) in ranges.items():
@@ -196,6 +208,20 @@ def _planes_without_soil(model: Model, state: State) -> Iterator[tuple[str, str]
                 f"place of {plane.name}",
                 f"{keys[plane.name]}.at = {plane.at:g}: no soil in which water flows is within a "
                 f"cell of {plane.name!r}: correct its position or its range, or leave it out",
+            )
+
+
+def _impermeable_pairs(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str]]:
+    """Contact pairs of two bodies in which water flows: none passes between them."""
+    wet = {each.name for each in points.ranges if points.water[each.start, CONDUCTIVITY] > 0.0}
+    for key, pair in model.acting_pairs:
+        if wet.issuperset(pair.bodies):
+            one, other = pair.bodies
+            yield (
+                f"water between {one} and {other}",
+                f"{key}: water flows in {one!r} and in {other!r}, but not from one to the other: "
+                "contact lets no water pass; leave the pair out where they do not separate, or "
+                "drain both bodies by flow boundaries of their own",
             )
 
 

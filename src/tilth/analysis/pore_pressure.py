@@ -69,13 +69,16 @@ class PorePressure:
         active, water = of.step.active, self._pores(of)
         nodal = of.soil.scatter((of.soil.points.volume * water.wet)[:, None])[:, 0]
         wet = nodal > SMALLEST_SHARE * active.comm.max(float(nodal.max(initial=0.0)))
+        stabilised = np.zeros(active.nodes, dtype=bool)
         for faces in self._faces(of, water):  # which extend the pressure to nodes without soil
-            wet[faces.node] = True
+            stabilised[faces.node] = True
+        stabilised = active.updated(stabilised)
+        wet |= stabilised
         wet = active.updated(wet)
         start = active.updated(self._start(of, water, nodal))
         given = GivenChange(np.zeros(start.shape, dtype=bool), np.zeros(start.shape))
         if self._flows:
-            held, value = self._boundaries.on_nodes(active, of.step.after)
+            held, value = self._boundaries.on_nodes(active, of.step.after, stabilised)
             given = GivenChange(held, np.where(held, value - start, 0.0))
         return Field(PORE_PRESSURE, active, 1, WATER, None, wet, start, given)
 
@@ -106,7 +109,7 @@ class PorePressure:
         outflow = dict(result.outflow)
         if self._flows:
             reaction = result.equilibrium.reactions[PORE_PRESSURE]
-            for name, nodal in self._boundaries.outflow_of_nodes(result.active, reaction).items():
+            for name, nodal in self._boundaries.outflow_of_nodes(reaction).items():
                 outflow[name] = outflow_of(result.active, nodal)
         self.drained = self.drained + [outflow.get(name, 0.0) for name in self._names]
         return replace(result, outflow=outflow, size=size)

@@ -12,7 +12,7 @@ from tilth.boundaries.nodal import Nodal
 from tilth.boundaries.step.make import make_still
 from tilth.boundaries.surfaces.near_soil import NearSoil, find_near_soil
 from tilth.errors import BadInput
-from tilth.grid.keys import find_keys
+from tilth.grid.keys import find_keys, lattice_keys
 from tilth.model import (
     ImplicitFlowBoundary,
     Model,
@@ -24,6 +24,7 @@ from tilth.model.flow import UNSCALED, FlowBoundary
 from tilth.model.load_curve import LoadCurve
 from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
+from tilth.mpm.pore_water import POROSITY
 from tilth.mpm.quadrature import points_in_cells
 from tilth.surface.parts import locate_part
 from tilth.surface.protocol import BodySurface
@@ -51,6 +52,7 @@ class FlowBoundaries:
         self._planes: list[_OnPlane] = []
         self._implicit: list[_OnGeometry] = []
         self._surfaces: list[_OnSurface] = []
+        self._plane_of_nodes: Integers = np.zeros(0, dtype=np.int64)  # in the present step, else -1
         for each in model.flow.boundaries:
             if isinstance(each, PlaneFlowBoundary):
                 self._planes.append(_OnPlane(each, model.dimension))
@@ -59,31 +61,33 @@ class FlowBoundaries:
             elif model.present(each.body):
                 self._surfaces.append(_OnSurface(each, model, keys[each.name]))
 
-    def on_nodes(self, active: ActiveGrid, time: float) -> tuple[Flags, Floats]:
-        """Returns which nodes have a given pressure at a time, and this, shape (nodes, 1) each."""
+    def on_nodes(self, active: ActiveGrid, time: float, stabilised: Flags) -> tuple[Flags, Floats]:
+        """Returns which nodes have a given pressure at a time, and this, shape (nodes, 1) each.
+
+        Nodes beyond a plane have it, too, but for those that the ghost term holds: it would bend
+        the pressure in front of the plane.
+
+        stabilised: nodes of the faces with a ghost term, shape (nodes,).
+        """
         value = np.zeros((active.nodes, 1))
-        for plane in self._planes:
-            value[plane.nodes.on_plane(active)] = plane.value(time)
-        held = self._plane_of_nodes(active)[:, None] >= 0
+        self._plane_of_nodes = np.full(active.nodes, -1)
+        for number, plane in enumerate(self._planes):
+            nodes = plane.nodes.on_plane(active)
+            nodes |= plane.nodes.nodes(active) & ~stabilised
+            value[nodes], self._plane_of_nodes[nodes] = plane.value(time), number
+        held = self._plane_of_nodes[:, None] >= 0
         return active.updated(held), active.updated(value)
 
-    def outflow_of_nodes(self, active: ActiveGrid, reaction: Floats) -> dict[str, Floats]:
+    def outflow_of_nodes(self, reaction: Floats) -> dict[str, Floats]:
         """Returns the water that leaves through each plane, shape (nodes, 1), by its name.
 
-        reaction: residual of the balance of water where the pressure is given, (nodes, 1).
+        reaction: residual of the balance of water where the pressure was given last, (nodes, 1).
         """
-        which = self._plane_of_nodes(active)[:, None]
+        which = self._plane_of_nodes[:, None]
         return {
             plane.name: np.where(which == number, reaction, 0.0)
             for number, plane in enumerate(self._planes)
         }
-
-    def _plane_of_nodes(self, active: ActiveGrid) -> Integers:
-        """Returns the number of the plane that counts at each node, shape (nodes,); else -1."""
-        which = np.full(active.nodes, -1)
-        for number, plane in enumerate(self._planes):
-            which[plane.nodes.on_plane(active)] = number
-        return which
 
     def terms(
         self, water: WaterInStep, surfaces: Mapping[str, BodySurface], before: float, after: float
@@ -163,7 +167,7 @@ class _OnPlane(_Acting):
             name=declared.name, axis=declared.axis, at=declared.at, range=declared.range,
             condition="fixed",
         )  # fmt: skip
-        self.nodes = Nodal(plane, dim, self._curve)
+        self.nodes = _WetNodes(plane, dim, self._curve)
 
 
 class _OnGeometry(_Acting):
@@ -211,3 +215,17 @@ class _OnSurface(_Acting):
         if self._axisymmetric:
             weight = weight * 2.0 * np.pi * points.position[order, 0]
         return FlowSurface(at, normal, weight)
+
+
+class _WetNodes(Nodal):
+    """The nodes of a plane, and those beyond it where no soil with water in its pores is.
+
+    Domains of wet points may extend a hair beyond the plane into soil that lets no water in. The
+    pressure of the nodes there would be free, and keep the water from the plane.
+    """
+
+    def _occupied(self, active: ActiveGrid) -> Integers:
+        points = active.points
+        wet = np.flatnonzero(points.water[:, POROSITY] > 0.0)
+        cell = np.floor(active.grid.in_cells(points.position[wet])).astype(np.int64)
+        return np.unique(lattice_keys(cell, points.overlays_of(wet)))

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from tilth.arrays import Flags
+from tilth.arrays import Flags, Integers
 from tilth.boundaries.protocol import Prescribed
 from tilth.grid.keys import lattice_keys
 from tilth.model import NodeBoundary, PlaneBoundary
@@ -63,8 +63,11 @@ class Nodal:
             chosen &= (along >= low - tolerance[k]) & (along <= high + tolerance[k])
         return np.asarray(chosen)
 
-    @staticmethod
-    def _beyond(declared: PlaneBoundary, active: ActiveGrid, on_plane: Flags) -> Flags:
+    def _occupied(self, active: ActiveGrid) -> Integers:
+        """Returns the sorted keys of the cells with soil on which the condition acts."""
+        return active.occupied
+
+    def _beyond(self, declared: PlaneBoundary, active: ActiveGrid, on_plane: Flags) -> Flags:
         """Returns the nodes one cell beyond the plane without a point's centre in between.
 
         Beyond the plane is the side away from the material, where the nodes on the other side of
@@ -87,7 +90,7 @@ class Nodal:
                 cell = foot.copy()
                 cell[:, axis] += min(side, 0)
                 cell[:, other_axes] += 1 - np.array(shift)  # -2 to 1: nodes near soil stay free
-                filled |= np.isin(lattice_keys(cell, overlay), active.occupied)
+                filled |= np.isin(lattice_keys(cell, overlay), self._occupied(active))
             beyond[node[~filled]] = True
         return beyond
 
