@@ -107,3 +107,15 @@ def with_pores(model: Model, pores: Pores) -> Simulation:
     at_rest = np.zeros_like(points.position)
     points.water = np.column_stack([stored, pressure, water.porosity, water.conductivity, at_rest])
     return simulation
+
+
+def with_flow(entries: dict[str, Any], boundaries: list[dict[str, Any]], **water: Any) -> Model:
+    """A model whose material has water in its pores, with the values of `Pores`, by the input.
+
+    water: further entries of the material; the unit weight is 1.
+    """
+    entries["flow"] = {"unit_weight": 1.0, "boundaries": boundaries}
+    entries["units"] = {"time": "s", **entries.get("units", {})}
+    own = {"porosity": 0.5, "hydraulic_conductivity": 1.0, **water}
+    entries["materials"]["soil"] = {**entries["materials"]["soil"], **own}
+    return Model.from_dict(entries)

@@ -49,7 +49,7 @@ WRONG: Mapping[str, tuple[Mapping[str, Any], str, str, str]] = {
     "pressure of a drain": (
         {f"{DRAIN}.excess_pressure": 1.0}, f"{KEY}.excess_pressure", "no meaning", "pressure"),
     "flux of a drain on a plane": (
-        {f"{DRAIN}.flux": 1.0}, f"{KEY}.flux", "no meaning", 'type = "implicit"'),
+        {f"{DRAIN}.flux": 1.0}, f"{KEY}.flux", "unknown key", "known keys"),
     "factor of a drain": (
         {f"{DRAIN}.factor": [[0, 1], [1, 2]]}, f"{KEY}.factor", "nothing to scale", "leave it out"),
     "factor": (
