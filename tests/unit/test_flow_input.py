@@ -14,6 +14,8 @@ from clay_columns import CLAY, ENTRIES, GRAVITY, column
 from tilth import BadInput, Model
 from tilth.analysis.differences import first_difference, tables_of, without_tables
 from tilth.case import load_case, load_element_case
+from tilth.model.study import Study
+from tilth.studies.samples import make_samples
 
 DRAIN = "flow.boundaries.0"
 KEY = "flow.boundaries[0]"
@@ -155,6 +157,49 @@ def test_lines_that_move_have_no_pressure() -> None:
     found = problems({"grid.follow": follow, "boundaries": boundaries, "loads": []})
     assert "lines move away" in found[KEY][0]
     assert "implicit" in found[KEY][1]
+
+
+PLATE = {
+    "name": "plate", "centre": [0.25, 3.25], "rotation": 0.0, "displacement": {"x": 0.0, "y": -0.1},
+    "geometry": {"type": "box", "lower": [-0.1, 3.0], "upper": [0.6, 3.5], "soil": "outside"},
+}  # fmt: skip
+ROUGH = {"normal": "unilateral", "tangential": "friction", "friction": 0.3}
+SMOOTH = {"normal": "unilateral", "tangential": "smooth"}
+
+
+def test_contact_with_friction_is_refused_wherever_it_is_declared() -> None:
+    wall = {"name": "wall", "type": "implicit", "contact": ROUGH,
+            "geometry": {"type": "plane", "point": [0.5, 0.0], "normal": [-1.0, 0.0]}}  # fmt: skip
+    bodies = [{**ENTRIES["bodies"][0], "name": name} for name in ("soil", "other")]
+    pair = {"name": "pair", "bodies": ["soil", "other"], "contact": ROUGH}
+    plates = [
+        {**PLATE, "contact": ROUGH},
+        {**PLATE, "contact": SMOOTH, "contact_with": {"soil": ROUGH}},
+    ]
+    for changes, key in (
+        ({"boundaries.1": wall}, "boundaries[1].contact"),
+        ({"bodies": bodies, "contact_pairs": [pair]}, "contact_pairs[0].contact"),
+        ({"rigid_bodies": [plates[0]]}, "rigid_bodies[0].contact"),
+        ({"rigid_bodies": [plates[1]]}, "rigid_bodies[0].contact_with.soil"),
+    ):
+        found = problems(changes)
+        assert list(found) == [f"{key}.tangential"]
+        assert "[flow]" in found[f"{key}.tangential"][0]
+        assert '"smooth"' in found[f"{key}.tangential"][1]
+
+
+def test_studies_vary_what_belongs_to_the_flow() -> None:
+    """By the names of flow boundaries, too; every sample is validated."""
+    case = column({DRAIN: {**PRESSURE, "excess_pressure": 1.0}})
+    outcomes = [{"type": "history", "name": "s", "column": "settlement"}]
+    for key in ("materials.clay.hydraulic_conductivity", "flow.unit_weight",
+                "flow.boundaries.drain.excess_pressure"):  # fmt: skip
+        vary = [{"key": key, "values": [1.0, 2.0]}]
+        study = Study.from_dict({"format": 1, "vary": vary, "outcomes": outcomes})
+        assert len(make_samples(study, case)) == 2
+    wrong = [{"key": "materials.clay.porosity", "values": [0.5, 1.5]}]
+    with pytest.raises(BadInput, match="porosity"):
+        make_samples(Study.from_dict({"format": 1, "vary": wrong, "outcomes": outcomes}), case)
 
 
 def test_files_of_geometries_are_relative_to_the_case(tmp_path: Path) -> None:

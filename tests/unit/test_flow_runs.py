@@ -13,7 +13,7 @@ from clay_columns import CLAY, ENTRIES, FREE_BLOCK, column
 from resumed_runs import assert_same_results, run_in_pieces
 from user_laws import LAWS, material
 
-from tilth import BadInput, Model, run, safety
+from tilth import BadInput, Model, check, run, safety
 from tilth.analysis.staged import StagedAnalysis
 from tilth.case import load_element_case
 from tilth.element_tests.command import make_tests
@@ -87,6 +87,17 @@ def test_a_run_goes_on_from_a_stage_of_another(tmp_path: Path) -> None:
         run(staged(flows, OPEN), tmp_path / "wrong", quiet=True,
             from_stage=(tmp_path / "first", "loading"))  # fmt: skip
     assert "flow" in error.value.problem
+
+
+def test_a_start_from_a_run_has_no_excess_pressure(tmp_path: Path) -> None:
+    """Its stress is brought into equilibrium without; a warning says so."""
+    run(model(), tmp_path / "first", quiet=True)
+    stress = [{"type": "run", "body": "soil", "folder": str(tmp_path / "first")}]
+    declared = model(**{"initial.stress": stress})
+    (warning,) = check(declared).warnings
+    assert warning.startswith("initial.stress[0].folder: water flows in this run")
+    run(declared, tmp_path / "second", quiet=True)
+    np.testing.assert_allclose(final_pressures(tmp_path / "second"), 0.0, atol=1e-6)
 
 
 @pytest.mark.slow

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 
@@ -16,10 +17,12 @@ from tilth.model import Model
 from tilth.model.fields import AXES
 from tilth.model.flow import UNSCALED
 from tilth.model.flow_checks import flow_planes
+from tilth.model.initial import StressOfRun
 from tilth.model.problems import dotted
 from tilth.model.unit_labels import length_of, time_of
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.pore_water import CONDUCTIVITY, POROSITY
+from tilth.output.folder import read_declared
 
 LARGEST_STEP = 0.3
 """Step over the time to 90 %, above which it hardly resolves the flow: in one step of the time
@@ -51,6 +54,7 @@ ROUND_OFF = 1e-6
 def flow_warnings(setup: Setup, state: State) -> Iterator[tuple[str, str]]:
     """Yields the warnings of the water that flows in a stage: what each is about, and its text."""
     model, points = setup.model, state.undeformed()
+    yield from _pressure_of_run(model)
     if model.flow is None:
         return
     if not model.flow_boundary_keys():
@@ -70,6 +74,18 @@ def flow_warnings(setup: Setup, state: State) -> Iterator[tuple[str, str]]:
     found = consolidation_time(model, points, state.surfaces, state.grid)
     if found is not None and found.time is not None:
         yield from _steps(model, found, found.time)
+
+
+def _pressure_of_run(model: Model) -> Iterator[tuple[str, str]]:
+    """Stresses of a run with flowing water, whose excess pressure is not taken over."""
+    for i, entry in enumerate(model.initial.stress):
+        if isinstance(entry, StressOfRun) and read_declared(Path(entry.folder)).get("flow"):
+            yield (
+                f"pressure of run {i}",
+                f"initial.stress[{i}].folder: water flows in this run, and its excess pore "
+                f"pressure is not taken over: {entry.body!r} begins without any; name a run that "
+                "has consolidated, or go on from one with `tilth run --from`",
+            )
 
 
 def drives_water(model: Model) -> bool:

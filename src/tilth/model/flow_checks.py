@@ -138,7 +138,7 @@ def _contacts(model: Declaration) -> Iterator[tuple[str, Contact | None]]:
     for key, each in named:
         yield f"{key}.contact", getattr(each, "contact", None)
         for name, own in (getattr(each, "contact_with", None) or {}).items():
-            yield dotted((f"{key}.contact_with", name)), own
+            yield f"{key}.contact_with.{dotted((name,))}", own
 
 
 def flow_planes(model: Declaration) -> Iterator[tuple[str, PlaneFlowBoundary]]:
