@@ -23,6 +23,7 @@ VECTORS: dict[str, Units] = {
 
 OF_KINDS: dict[str, Units] = {
     "stress": STRESS, "length": LENGTH, "mass / length^3": (-2, 1, 2), "-": PURE, "degrees": PURE,
+    "length / time": VELOCITY,
 }  # fmt: skip
 
 OF_MATERIALS: dict[str, Units] = {
