@@ -21,11 +21,16 @@ from clay_columns import (
 
 from tilth import BadInput, Model, StrengthReduction
 from tilth.analysis.safety import strength_reduction
+from tilth.analysis.simulation import Simulation
 from tilth.analysis.staged import StagedAnalysis
+from tilth.errors import StepFailed
 from tilth.mpm.pore_water import CONDUCTIVITY, POROSITY, STORED
 
 ELASTIC = {key: CLAY[key] for key in ("model", "young_modulus", "poisson_ratio")}
 UNDRAINED = {**ELASTIC, "pore_fluid_bulk_modulus": 1e6}
+PRESSED = {
+    **ENTRIES["flow"]["boundaries"][0], "condition": "pressure", "excess_pressure": 1e4,
+}  # fmt: skip
 SHUT = {"name": "loading", "schedule": {"end": 1.0, "steps": 1}, "flow": False}
 OPEN = {"name": "consolidation", "schedule": {"end": 8.0, "steps": 4}}
 LONG = {"name": "consolidation", "schedule": {"end": 800.0, "steps": 2}}
@@ -208,6 +213,23 @@ def test_affine_motions_need_water_that_leaves_or_is_compressed() -> None:
     found = pressures(computed(column({**sealed, "flow.bulk_modulus": 1e3})))
     expected = -1e3 * np.log((0.5 - 0.01) / 0.5)
     np.testing.assert_allclose(found, expected, rtol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({"materials.clay.porosity": 0.005}, "the pores of a material point have closed"),
+        (
+            {"flow.bulk_modulus": 1.0, "flow.boundaries.0": PRESSED},
+            "the pore pressure of a material point is a multiple of flow.bulk_modulus",
+        ),
+    ],
+)
+def test_steps_end_where_there_is_no_water(changes: Mapping[str, Any], reason: str) -> None:
+    """A plate goes down by more than the pores, or the water has next to no stiffness."""
+    simulation = Simulation(Model.from_dict(column({**changes, "loads.0.pressure": 1e3})))
+    with pytest.raises(StepFailed, match=reason):
+        simulation.advance(0.0, 800.0)
 
 
 def fails_at(pressure: float, held: float) -> float:

@@ -488,5 +488,7 @@ def _something_changes(model: Model) -> bool:
     water = model.water
     if water is not None:
         tables.append(water.factor or ())
+    if model.flow is not None:
+        tables += [each.factor or () for each in model.flow.boundaries]
     moves = water is not None and water.initial_level not in (None, water.level)
     return moves or any(len({factor for _, factor in table}) > 1 for table in tables)

@@ -23,6 +23,7 @@ from tilth.algebra.block_matrix import BlockMatrix, Pair
 from tilth.algebra.field import DISPLACEMENT
 from tilth.algebra.unknowns import Unknowns
 from tilth.arrays import Floats, Shorts
+from tilth.errors import StepFailed
 from tilth.mpm.pattern import Elements, same_starts
 from tilth.mpm.point_integrals import PointIntegrals
 from tilth.mpm.pore_water import PRESSURE, STORED, VELOCITY, PoreWater, WaterAt
@@ -43,6 +44,9 @@ GHOST = 0.25
 """Factor of the ghost stabilisation of the pressure [-]."""
 
 COUPLINGS: Sequence[Pair] = ((DISPLACEMENT, PORE_PRESSURE), (PORE_PRESSURE, PORE_PRESSURE))
+
+LARGEST_COMPRESSION = 100.0
+"""Pore pressure over the bulk modulus of the water, at most: exp of it is a number."""
 
 
 class WaterInStep:
@@ -76,7 +80,11 @@ class WaterInStep:
         self._of: Mapping[str, Floats] | None = None
 
     def evaluate(self, x: Unknowns) -> WaterAt:
-        """Returns the water at these unknowns."""
+        """Returns the water at these unknowns.
+
+        Raises:
+            StepFailed: pores have closed, or water is compressed beyond all numbers.
+        """
         if self.at is not None and self._of is x.of:
             return self.at
         points, dim = self.soil.points, self.soil.active.grid.dim
@@ -85,6 +93,7 @@ class WaterInStep:
         inverse = np.ascontiguousarray(inverse[:, :dim, :dim])
         p = self.integrals.interpolated(x[PORE_PRESSURE])[:, 0]
         gradient = self.integrals.gradient(x[PORE_PRESSURE])[:, 0]
+        self._require_pores(jacobian, p)
         radius = None
         if self.soil.kind == "axisymmetric":
             radius = points.position[:, 0] + self.soil.interpolate(x.u)[:, 0]
@@ -99,6 +108,16 @@ class WaterInStep:
             stored=self.water.stored(jacobian, p),
         )
         return self.at
+
+    def _require_pores(self, jacobian: Floats, pressure: Floats) -> None:
+        water, number = self.water, self.soil.points.point_id
+        porosity = 1.0 - (1.0 - water.porosity) / jacobian
+        largest = LARGEST_COMPRESSION * water.bulk_modulus
+        closed = "the pores of a material point have closed"
+        crushed = "the pore pressure of a material point is a multiple of flow.bulk_modulus"
+        for wrong, what in ((porosity <= 0.0, closed), (np.abs(pressure) > largest, crushed)):
+            if (found := np.flatnonzero(wrong & water.wet)).size:
+                raise StepFailed(what, point=int(number[found[0]]))
 
     def nodal_sums(self, value: Floats) -> Floats:
         """Returns sum_p S_ap V_p value_p of the wet soil at the step's start, (n,) -> (nodes,)."""
