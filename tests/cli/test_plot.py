@@ -15,7 +15,13 @@ def test_pictures_are_written_and_wrong_names_refused(
 ) -> None:
     run = tmp_path / "run"
     assert tilth("run", case(), "--out", run, "--quiet").code == 0
-    for number, ask in enumerate((("--field", "displacement"), ("--history", "time", "top"))):
+    for number, ask in enumerate(
+        (
+            ("--field", "displacement"),
+            ("--history", "time", "top", "--scale", "log"),
+            ("--field", "displacement", "--path", "0.1,0.1:0.9,0.9", "--times", "0,1"),
+        )
+    ):
         file = tmp_path / f"{number}.png"
         assert tilth("plot", run, *ask, "--save", file).code == 0
         assert file.read_bytes().startswith(b"\x89PNG")
@@ -31,6 +37,9 @@ def test_pictures_are_written_and_wrong_names_refused(
         (("--field", "displacement", "--time", "77"), "choose from 0,"),
         (("--history", "time", "topp"), "did you mean top"),
         (("--field", "displacement", "--section", "x=0"), "leave out --section"),
+        (("--field", "displacement", "--times", "0,1"), "give it with --path"),
+        (("--field", "displacement", "--path", "0,0:1,1", "--times", "a"), "write T1,T2"),
+        (("--field", "displacement", "--scale", "log"), "leave it out"),
     ):
         refused = tilth("plot", run, *ask, "--save", tmp_path / "refused.png")
         assert refused.code == 2

@@ -11,11 +11,11 @@ import pytest
 from report_setups import UNITS, snapshot
 
 from tilth.errors import BadInput
-from tilth.output import HistoryWriter, ResultsWriter
+from tilth.output import HistoryWriter, ResultsWriter, read_results
 from tilth.plot.curves import curve_figure
 from tilth.plot.field import field_figure
 from tilth.plot.files import save_figure
-from tilth.plot.path import values_along
+from tilth.plot.path import path_figure, values_along
 
 
 def run_at(folder: Path, dim: int) -> Path:
@@ -49,6 +49,33 @@ def test_curves_have_their_columns_and_names(tmp_path: Path) -> None:
     alone = curve_figure(runs[0], "settlement", "load [N]").axes[0]
     assert (alone.get_xlabel(), alone.get_ylabel()) == ("settlement [m]", "load [N]")
     np.testing.assert_array_equal(alone.lines[0].get_xdata(), [0.0, 0.1, 0.2])
+
+
+def test_histories_over_logarithms_and_roots(tmp_path: Path) -> None:
+    run = run_at(tmp_path / "a", 2)
+    axes = curve_figure(run, "time", "load", scale="log").axes[0]
+    assert axes.get_xscale() == "log"
+    np.testing.assert_array_equal(axes.lines[0].get_xdata(), [0.5, 1.0])
+    axes = curve_figure(run, "time", "load", scale="root").axes[0]
+    placed = axes.transData.transform([[0.0, 0.0], [0.25, 0.0], [1.0, 0.0]])[:, 0]
+    assert placed[1] - placed[0] == pytest.approx(0.5 * (placed[2] - placed[0]))
+    np.testing.assert_array_equal(axes.lines[0].get_xdata(), [0.0, 0.5, 1.0])
+
+
+def test_a_line_at_several_times(tmp_path: Path) -> None:
+    run = run_at(tmp_path / "a", 2)
+    results = read_results(run / "results.vtkhdf")
+    middle = results.snapshot(0).position.mean(axis=0)
+    ends = middle - 0.1, middle + 0.1
+    times = results.times[:2]
+    axes = path_figure(run, "displacement_y", *ends, times=times).axes[0]
+    assert len(axes.lines) == 2
+    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert labels == [f"time {time:.4g} {UNITS['time']}" for time in times]
+    for line, time in zip(axes.lines, times, strict=True):
+        alone = path_figure(run, "displacement_y", *ends, time=time).axes[0]
+        np.testing.assert_array_equal(line.get_ydata(), alone.lines[0].get_ydata())
+        assert f"time {time:.4g}" in alone.get_title()
 
 
 def test_what_is_not_there_is_refused_with_what_is_near(tmp_path: Path) -> None:

@@ -33,7 +33,18 @@ from tilth.errors import BadInput, visible
 )
 @click.option("--path", metavar="X0,Y0:X1,Y1", help="Draw the field along a line, by its ends.")
 @click.option(
+    "--times",
+    metavar="T1,T2,...",
+    help="With --path: times of outputs, each with its curve, such as isochrones.",
+)
+@click.option(
     "--history", nargs=2, metavar="X Y", help="Draw columns of the history; DIR can be several."
+)
+@click.option(
+    "--scale",
+    type=click.Choice(["linear", "log", "root"]),
+    default="linear",
+    help="With --history: scale of X; log and root are those of settlements over time.",
 )
 @click.option(
     "--save",
@@ -59,7 +70,9 @@ def _figure(
     section: str | None,
     values: tuple[float, float] | None,
     path: str | None,
+    times: str | None,
     history: tuple[str, str] | None,
+    scale: Any,
 ) -> Any:
     """Returns the figure that the options ask for; raises ``BadInput`` where they do not fit."""
     from tilth.plot.curves import curve_figure
@@ -71,24 +84,33 @@ def _figure(
             "nothing to draw" if field is None else "both a field and a history are asked for",
             "give either --field F or --history X Y",
         )
+    if times is not None and (path is None or time is not None):
+        remedy = "give it with --path, or leave it out" if path is None else "leave out one of them"
+        what = "is for lines" if path is None else "is given with --time"
+        raise BadInput(what, remedy, key="times", value=times)
+    if scale != "linear" and history is None:
+        raise BadInput("is for histories", "leave it out", key="scale", value=scale)
     if history is not None:
-        return curve_figure(folders, *history)
+        return curve_figure(folders, *history, scale=scale)
     assert field is not None
     if len(folders) > 1:
         raise BadInput("a field is drawn of one run", "name one folder", key="DIR")
     if path is None:
         return field_figure(folders[0], field, time=time, show=show, section=section, values=values)
     start, _, end = path.partition(":")
-    return path_figure(folders[0], field, _place(start, path), _place(end, path), time=time)
+    at = () if times is None else _numbers(times, "times", times, "is no list of times", "T1,T2")
+    ends = [_numbers(each, "path", path, "is not a line", "X0,Y0:X1,Y1") for each in (start, end)]
+    return path_figure(folders[0], field, *ends, time=time, times=at)
 
 
-def _place(text: str, path: str) -> Any:
+def _numbers(text: str, key: str, value: str, problem: str, form: str) -> Any:
+    """Returns numbers that commas separate; refuses a value that they are a part of."""
     import numpy as np
 
     try:
-        place = np.array([float(part) for part in text.split(",")])
+        numbers = np.array([float(part) for part in text.split(",")])
     except ValueError:
-        place = np.array([np.nan])
-    if not np.isfinite(place).all():
-        raise BadInput("is not a line", "write X0,Y0:X1,Y1", key="path", value=path)
-    return place
+        numbers = np.array([np.nan])
+    if not np.isfinite(numbers).all():
+        raise BadInput(problem, f"write {form}", key=key, value=value)
+    return numbers

@@ -5,8 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
+import numpy as np
+
+from tilth.arrays import Flags, Floats
+from tilth.errors import BadInput
 from tilth.input_files import absolute
 from tilth.output.folder import HISTORY, require_folder
 from tilth.output.history import read_history
@@ -24,16 +28,24 @@ SIZE = (5.2, 3.9)
 """Of a figure with lines [inch]."""
 
 
-def curve_figure(folders: Sequence[Path | str] | Path | str, x: str, y: str) -> Figure:
+Scale = Literal["linear", "log", "root"]
+"""How numbers are laid out along an axis: as they are, their logarithms or their square roots."""
+
+
+def curve_figure(
+    folders: Sequence[Path | str] | Path | str, x: str, y: str, *, scale: Scale = "linear"
+) -> Figure:
     """Returns the figure of column ``y`` over column ``x`` of the histories of runs.
 
     Args:
         folders: of the runs, or of one; of several each has its curve, named after its folder.
         x: a column of ``history.csv``, with its unit or without.
         y: another one.
+        scale: of ``x``; with "log" and "root" numbers below 0, and 0 with "log", are left out.
 
     Raises:
-        BadInput: a folder holds no run, or its history no such column.
+        BadInput: a folder holds no run, or its history no such column, or one without numbers that
+            the scale shows.
     """
     from matplotlib.figure import Figure
 
@@ -47,15 +59,21 @@ def curve_figure(folders: Sequence[Path | str] | Path | str, x: str, y: str) -> 
         history = read_history(Path(run) / HISTORY)
         across, up = column_of(list(history), x), column_of(list(history), y)
         labels = labels if number else (across, up)
+        shown = _shown(history[across], scale, x)
         axes.plot(
-            history[across],
-            history[up],
+            history[across][shown],
+            history[up][shown],
             color=COLOURS[number % len(COLOURS)],
             linestyle=STYLES[number // len(COLOURS) % len(STYLES)],
             linewidth=1.5,
             marker="." if len(history[up]) == 1 else "",
             label=f"run {name}",
         )
+    if scale == "log":
+        axes.set_xscale("log")
+    elif scale == "root":
+        axes.set_xscale("function", functions=(lambda t: np.sqrt(np.maximum(t, 0.0)), np.square))
+        axes.set_xlim(left=0.0)
     finish_lines(axes, *labels)
     if len(runs) > 1:
         legend = axes.legend(fontsize=8, frameon=False)
@@ -71,6 +89,19 @@ def finish_lines(axes: Axes, across: str, up: str) -> None:
     axes.tick_params(labelsize=8)
     axes.grid(color="0.9", linewidth=0.6)
     axes.set_axisbelow(True)
+
+
+def _shown(values: Floats, scale: Scale, column: str) -> Flags:
+    """Returns which numbers of a column a scale shows, shape (n,)."""
+    shown: Flags = np.ones(len(values), dtype=bool)
+    if scale == "log":
+        shown = values > 0.0
+    elif scale == "root":
+        shown = values >= 0.0
+    if not shown.any():
+        what = f"has no positive number, which the scale {scale!r} needs"
+        raise BadInput(what, "leave out --scale", key="history", value=column)
+    return shown
 
 
 def _names(folders: Sequence[Path]) -> list[str]:

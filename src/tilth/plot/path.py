@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,7 +12,7 @@ import numpy as np
 from tilth.arrays import Flags, Floats
 from tilth.errors import BadInput
 from tilth.output.snapshot import Snapshot
-from tilth.plot.curves import COLOURS, SIZE, finish_lines
+from tilth.plot.curves import COLOURS, SIZE, STYLES, finish_lines
 from tilth.plot.names import output_at, require_field
 from tilth.plot.run import results_of
 from tilth.report.bridges import region_of
@@ -28,7 +29,13 @@ _PLACES = 401
 
 
 def path_figure(
-    folder: Path | str, field: str, start: Floats, end: Floats, *, time: float | None = None
+    folder: Path | str,
+    field: str,
+    start: Floats,
+    end: Floats,
+    *,
+    time: float | None = None,
+    times: Sequence[float] = (),
 ) -> Figure:
     """Returns the figure of a field over the distance along a line; gaps where there is no soil.
 
@@ -38,6 +45,7 @@ def path_figure(
         start: where the line begins [length], shape (dim,), in deformed coordinates.
         end: where it ends, shape (dim,).
         time: of an output; the last one if None.
+        times: of several outputs instead, each of which has its curve, such as isochrones.
 
     Raises:
         BadInput: as ``field_figure``, or the line has no length, or none of it is in the soil.
@@ -45,9 +53,8 @@ def path_figure(
     from matplotlib.figure import Figure
 
     results = results_of(folder)
-    snapshot = results.snapshot(output_at(results, time))
-    require_field(snapshot, field)
-    values, label = field_values(snapshot, field, results.units)
+    asked = times if len(times) else (time,)
+    numbers = [output_at(results, each) for each in asked]
     first, last = np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)
     given = ":".join(",".join(f"{each:g}" for each in point) for point in (first, last))
     if not len(first) == len(last) == results.dim or (first == last).all():
@@ -55,16 +62,34 @@ def path_figure(
         raise BadInput(problem, key="path", value=given)
     distance = np.linspace(0.0, float(np.linalg.norm(last - first)), _PLACES)
     places = first + np.linspace(0.0, 1.0, _PLACES)[:, None] * (last - first)
-    found = values_along(snapshot, values, places)
-    if np.isnan(found).all():
-        raise BadInput("is not in the soil", "choose other ends", key="path", value=given)
-    unit = results.units.get("length", "")
     figure = Figure(figsize=SIZE, layout="constrained")
     axes = figure.add_subplot()
-    axes.plot(distance, found, color=COLOURS[0], linewidth=1.5)
-    finish_lines(axes, with_unit("Distance along the line", unit), label)
+    label, is_in_soil = "", False
+    unit_of_time = results.units.get("time", "")
+    for number, output in enumerate(numbers):
+        snapshot = results.snapshot(output)
+        require_field(snapshot, field)
+        values, label = field_values(snapshot, field, results.units)
+        found = values_along(snapshot, values, places)
+        is_in_soil |= not np.isnan(found).all()
+        axes.plot(
+            distance,
+            found,
+            color=COLOURS[number % len(COLOURS)],
+            linestyle=STYLES[number // len(COLOURS) % len(STYLES)],
+            linewidth=1.5,
+            label=f"time {snapshot.time:.4g} {unit_of_time}".rstrip(),
+        )
+    if not is_in_soil:
+        raise BadInput("is not in the soil", "choose other ends", key="path", value=given)
+    finish_lines(axes, with_unit("Distance along the line", results.units.get("length", "")), label)
     ends = [f"({', '.join(f'{each:g}' for each in point)})" for point in (first, last)]
-    title = f"{ends[0]} to {ends[1]}, time {snapshot.time:.4g}"
+    title = f"{ends[0]} to {ends[1]}"
+    if len(times):
+        for text in axes.legend(fontsize=8, frameon=False).get_texts():
+            text.set(**AS_IT_IS)
+    else:
+        title += f", time {results.times[numbers[0]]:.4g}"
     axes.set_title(title, fontsize=9, **AS_IT_IS)
     return figure
 
