@@ -13,12 +13,14 @@ from scipy.optimize import brentq
 from small_problems import block_entries, plane, rollers
 
 from tilth import Model
+from tilth.analysis.initial_equilibrium import find_initial_equilibrium
 from tilth.analysis.pore_pressure import PorePressure
 from tilth.analysis.simulation import Simulation
 from tilth.arrays import Floats
 from tilth.mpm.pore_water import PRESSURE, Permeability
+from tilth.mpm.soil import COMPRESSION
 from tilth_verification import mandel, terzaghi
-from tilth_verification.cases import with_basis
+from tilth_verification.cases import example, varied, with_basis
 from tilth_verification.consolidating import consolidate
 
 NU = 0.2
@@ -243,3 +245,56 @@ def test_a_drained_plane_that_domains_cross_by_a_little() -> None:
         model, _, _ = mandel.slab(8, NU)
         found.append(mandel.run(with_basis(model, basis)).pressure[-1])
     np.testing.assert_allclose(*found, rtol=1e-4)
+
+
+@pytest.mark.parametrize("share", [0.01, 0.1])
+def test_normally_consolidated_clay_does_not_overshoot(share: float) -> None:
+    """The load is doubled in a step of `share` l^2 / c, c with the elastic modulus.
+
+    In its first compression the clay has a fifth of that modulus: a projection by the elastic one
+    lets the pressure beside the drain rise to 1.30 of the load.
+    """
+    model = example("cam_clay_consolidation")
+    step = share * 0.0625**2 / (1e-5 * 5333.0)
+    rows = [[0.0, 1.0], [step, 1.0], [2.0 * step, 2.0], [1000.0, 2.0]]
+    entries = {"loads.0.factor": rows, "schedule": {"end": 100.0, "steps": 1}, "track": []}
+    simulation = Simulation(varied(model, entries))
+    find_initial_equilibrium(simulation)
+    for k in range(4):
+        simulation.advance(k * step, (k + 1) * step)
+        pressure = simulation.state.points.water[:, PRESSURE] / 100.0
+        assert pressure.min() > -0.02
+        assert pressure.max() < 1.05
+
+
+@pytest.mark.parametrize("kind", ["plane_strain", "axisymmetric", "3d"])
+def test_modulus_of_soil_that_yields_in_compression(kind: str) -> None:
+    """By differences of the stress at that strain; in elastic soil it is the elastic one."""
+    entries = block_entries(kind, "gimp", "hencky_elastic")
+    elastic = Simulation(Model.from_dict(entries))
+    soil = elastic.soil_on(elastic.prepare(0.0, 1.0).active)
+    np.testing.assert_allclose(soil.compressed_moduli(), soil.elastic_moduli.constrained, rtol=1e-9)
+    entries = block_entries(kind, "gimp", "modified_cam_clay")
+    entries["materials"]["soil"] |= {"preconsolidation_pressure": 100.0}
+    stress = [-100.0, -100.0, -100.0] + [0.0] * (3 if kind == "3d" else 1)
+    given = {"type": "given", "body": "block", "stress": stress}
+    entries["initial"] = {"stress": [given], "equilibrium": False}
+    clay = Simulation(Model.from_dict(entries))
+    active = clay.prepare(0.0, 1.0).active
+    vertical = []
+    for strain in (COMPRESSION * (1.0 + 1e-3), COMPRESSION * (1.0 - 1e-3)):
+        moved = clay.soil_on(active)
+        displacement = np.zeros((active.nodes, active.grid.dim))
+        displacement[:, -1] = -strain * active.position[:, -1]
+        moved.update(displacement)
+        moved.advance(displacement, moved.moved_domains(displacement))
+        points = moved.points
+        axis = active.grid.dim - 1
+        kirchhoff = points.stress[0, axis] * points.stress_jacobian[0]
+        vertical.append((np.log(1.0 - strain), kirchhoff))
+        clay = Simulation(Model.from_dict(entries))
+        active = clay.prepare(0.0, 1.0).active
+    (one, tau_one), (other, tau_other) = vertical
+    found = clay.soil_on(active).compressed_moduli()
+    assert found[0] < 0.6 * clay.state.points.elastic_moduli().constrained[0]
+    np.testing.assert_allclose(found, (tau_one - tau_other) / (one - other), rtol=1e-3)

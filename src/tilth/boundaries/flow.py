@@ -154,9 +154,6 @@ class _Acting:
 class _OnPlane(_Acting):
     """A pressure on the nodes of a plane.
 
-    Those beyond it stay free, as parts of domains reach them: the ghost stabilisation would take
-    the gradient that they leave for that of the soil in front of the plane.
-
     Attributes:
         nodes: tells which they are.
     """

@@ -26,6 +26,12 @@ from tilth.mpm.points import MaterialPoints
 from tilth.mpm.torn_off import torn_off
 from tilth.timers import Timers
 
+COMPRESSION = 5e-3
+"""Strain after which soil tells how it yields in compression [-]."""
+
+LEAST_SHARE = 0.1
+"""Least modulus of soil that yields over the elastic one [-]."""
+
 INVERTED = 1
 """Status of a point whose deformation gradient has no positive determinant."""
 
@@ -280,6 +286,27 @@ class Soil:
         In [length^dim, in axisymmetry length^3].
         """
         return self.scatter(self.points.volume)
+
+    def compressed_moduli(self) -> Floats:
+        """Returns the constrained moduli of the points as they yield in compression, shape (n,).
+
+        In [stress], at the start of the step: the law's tangent along the vertical after a uniaxial
+        compression along it, between `LEAST_SHARE` of the elastic modulus and this. The trial state
+        is then another one.
+        """
+        elastic, dim = self.elastic_moduli.constrained, self.active.grid.dim
+        compression = np.zeros((self.active.nodes, dim))
+        height = self.active.position[:, -1]
+        compression[:, -1] = -COMPRESSION * (height - height.mean())
+        try:
+            self.update(compression)
+        except StepFailed:
+            return elastic
+        response, first = self._trial.response, int(self.kind == "axisymmetric") + dim**2
+        along = response[:, first + dim * (dim - 1) : first + dim**2]  # kernel/response.hpp
+        principal = np.abs(along).argmax(axis=1)
+        tangent = response[np.arange(len(response)), first + dim**2 + 3 + 4 * principal]
+        return np.asarray(np.clip(tangent, LEAST_SHARE * elastic, elastic))
 
     def plastic_increment(self) -> Floats:
         """Returns the equivalent plastic strain since the start of the step [-], shape (n,).

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -123,6 +124,15 @@ class WaterInStep:
         """Returns sum_p S_ap V_p value_p of the wet soil at the step's start, (n,) -> (nodes,)."""
         volume = self.soil.points.volume * self.water.wet
         return self.soil.scatter((volume * value)[:, None])[:, 0]
+
+    @cached_property
+    def softness(self) -> Floats:
+        """max(1/(2G), 3/M) of the points at the start of the step [1/stress], shape (n,).
+
+        M is that of soil as it yields in compression, see `Soil.compressed_moduli`.
+        """
+        shear = self.soil.elastic_moduli.shear
+        return np.maximum(0.5 / shear, 3.0 / self.soil.compressed_moduli())
 
     def in_cells(self, value: Floats) -> tuple[Floats, Floats]:
         """Returns the wet soil's volume in each cell, and the mean of a value, shape (cells,)."""
@@ -283,12 +293,6 @@ class _Seepage(_OfWater):
         self._add(matrix, (PORE_PRESSURE, PORE_PRESSURE), at, by_pressure)
 
 
-def softness_of(soil: Soil) -> Floats:
-    """Returns max(1/(2G), 3/M) of the points at the start of the step [1/stress], shape (n,)."""
-    moduli = soil.elastic_moduli
-    return np.maximum(0.5 / moduli.shear, 3.0 / moduli.constrained)
-
-
 class Projection(Term):
     """Polynomial projection of the pressure's increment, so that it has no chequerboard.
 
@@ -303,12 +307,12 @@ class Projection(Term):
     """
 
     def __init__(self, water: WaterInStep) -> None:
-        soil, active = water.soil, water.soil.active
+        active = water.soil.active
         lattice = np.asarray(_core.lattice(active.cell_keys))
         self._node = active.corners(lattice)
         side = active.grid.sizes(cell_places(active, active.cell_keys)).max(axis=1)
         volume, conductivity = water.in_cells(water.water.conductivity)
-        softness = water.in_cells(softness_of(soil))[1]
+        softness = water.in_cells(water.softness)[1]
         flow = 12.0 * water.size * conductivity / side**2
         self._factor = np.maximum(softness - flow, 0.0) * volume
         self._coupled = Coupled(same_starts(self._node), self._node.ravel(), PORE_PRESSURE)
@@ -352,7 +356,7 @@ class GhostPressure(Term):
     def __init__(self, water: WaterInStep, faces: Sequence[Faces]) -> None:
         self._faces = faces
         self._volume = water.nodal_volume
-        self._soft = water.nodal_sums(softness_of(water.soil))
+        self._soft = water.nodal_sums(water.softness)
         flow = water.nodal_sums(water.water.conductivity)
         self._conductivity = np.where(
             self._volume > 0.0, flow / np.maximum(self._volume, 1e-300), np.inf
