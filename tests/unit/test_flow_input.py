@@ -108,7 +108,9 @@ WRONG: Mapping[str, tuple[Mapping[str, Any], str, str, str]] = {
         {**WET, "flow.unit_weight": 9.81}, "flow.unit_weight", "water.unit_weight", "same"),
     "inertia": (
         {"analysis.inertia": {"scheme": "newmark"}, "materials.clay.density": 2.0},
-        "analysis.inertia", "together with [flow]", "one of the two"),
+        "flow.density", "has inertia", "density of the water"),
+    "density without inertia": (
+        {"flow.density": 1.0}, "flow.density", "without inertia", "leave it out"),
     "relaxation": (
         {"analysis.beyond_limit": "relax", "materials.clay.density": 2.0},
         "analysis.beyond_limit", "together with [flow]", "one of the two"),

@@ -183,3 +183,15 @@ def test_check_prints_flow_and_time() -> None:
     assert "drain: drained at y = 0" in printed
     assert "hydraulic conductivity 0.001 m/day" in printed
     assert "90 % after about 10.4 day" in printed
+
+
+def test_water_that_moves_freely_in_vibrations() -> None:
+    moving = {
+        "analysis.inertia": {"scheme": "newmark"}, "materials.clay.density": 2.0,
+        "flow.density": 1.0, "units.time": "s", "schedule": {"end": 1.0, "steps": 100},
+    }  # fmt: skip
+    slow = {**moving, "materials.clay.hydraulic_conductivity": 1e-4}
+    assert not [each for each in warned(slow) if "moves freely" in each]
+    fast = {**moving, "materials.clay.hydraulic_conductivity": 0.05}
+    (found,) = [each for each in warned(fast) if "moves freely" in each]
+    assert "period of 0.1 s" in found

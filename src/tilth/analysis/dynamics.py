@@ -77,31 +77,38 @@ class Dynamics:
             return None
         return TimeStep(self._integration, after - before, keeps_unseen=self._keeps_unseen)
 
-    def terms(
+    def inertia(
         self,
         prepared: PreparedStep,
         soil: Soil,
         water: PhreaticSurface | None,
         faces: Sequence[Faces],
-        waves: WaveBoundaries,
-    ) -> list[Term]:
-        """Returns the inertia in a step; none in one of no size, a search for equilibrium.
+    ) -> Inertia | None:
+        """Returns the inertia in a step; None in one of no size, a search for equilibrium.
 
-        faces: of the ghost stabilisation in this step. waves: boundaries that absorb waves.
+        faces: of the ghost stabilisation in this step.
         """
         step = self.step(prepared.before, prepared.after)
         if step is None:
-            return []
+            return None
         mass = total_mass(soil.points, water, prepared.before)
         damping = 0.0 if step.from_rest else self._damping
         conditions = prepared.conditions
-        inertia = Inertia(
+        return Inertia(
             soil, mass, faces, step, damping, conditions.constrained, conditions.increment,
             conditions.base,
         )  # fmt: skip
-        terms: list[Term] = [inertia, *waves.terms(prepared, soil, mass, inertia)]
-        if self._viscous > 0.0 and not step.from_rest:
-            terms.append(StiffnessDamping(soil, self._viscous, step.size))
+
+    def terms(
+        self, inertia: Inertia, prepared: PreparedStep, soil: Soil, waves: WaveBoundaries
+    ) -> list[Term]:
+        """Returns the inertia in a step, and what else acts by the motion of the soil.
+
+        waves: boundaries that absorb waves.
+        """
+        terms: list[Term] = [inertia, *waves.terms(prepared, soil, inertia.mass, inertia)]
+        if self._viscous > 0.0 and not inertia.step.from_rest:
+            terms.append(StiffnessDamping(soil, self._viscous, inertia.step.size))
         return terms
 
     @contextmanager

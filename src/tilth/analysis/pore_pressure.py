@@ -20,6 +20,7 @@ from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.pore_water import PRESSURE, PoreWater
 from tilth.terms.ghost import Faces
+from tilth.terms.inertia import Inertia
 from tilth.terms.pore_water import (
     PORE_PRESSURE,
     WATER,
@@ -58,6 +59,7 @@ class PorePressure:
         assert model.flow is not None
         self._flows = model.water_flows
         self._bulk_modulus = model.flow.bulk_modulus or np.inf
+        self._density = model.flow.density or 0.0
         self._boundaries = FlowBoundaries(model)
         self._names = [each.name for each in model.all_flow_boundaries()]
         self.drained: Floats = np.zeros(len(self._names))
@@ -82,8 +84,8 @@ class PorePressure:
             given = GivenChange(held, np.where(held, value - start, 0.0))
         return Field(PORE_PRESSURE, active, 1, WATER, None, wet, start, given)
 
-    def terms(self, of: InStep) -> Sequence[Term]:
-        """Returns the terms of the water in a step."""
+    def terms(self, of: InStep, inertia: Inertia | None = None) -> Sequence[Term]:
+        """Returns the terms of the water in a step; inertia: of the soil, None without."""
         size = of.step.after - of.step.before
         water = self._pores(of)
         key = of.step.active.key
@@ -91,7 +93,7 @@ class PorePressure:
         def keep(pressure: Floats) -> None:
             self.key, self.value = key.copy(), pressure.copy()
 
-        here = WaterInStep(of.soil, water, size, keep)
+        here = WaterInStep(of.soil, water, size, keep, inertia, self._density)
         found: list[Term] = [
             StoredWater(here), Seepage(here), Projection(here),
             GhostPressure(here, self._faces(of, water)),

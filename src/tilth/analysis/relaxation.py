@@ -165,21 +165,26 @@ class Relaxation:
             return None
         return TimeStep(TimeIntegration.backward_euler(), self.size, settles=True)
 
-    def terms(
+    def inertia(
         self,
         prepared: PreparedStep,
         soil: Soil,
         water: PhreaticSurface | None,
         faces: Sequence[Faces],
-        waves: WaveBoundaries,
-    ) -> list[Term]:
-        """As `Dynamics.terms`; absorbing boundaries hold the soil."""
+    ) -> Inertia | None:
+        """As `Dynamics.inertia`."""
         step = self.step(prepared.before, prepared.after)
         if step is None:
-            return []
+            return None
         mass = total_mass(soil.points, water, prepared.before)
         constrained, increment = prepared.conditions.constrained, prepared.conditions.increment
-        return [Inertia(soil, mass, faces, step, self.damping, constrained, increment)]
+        return Inertia(soil, mass, faces, step, self.damping, constrained, increment)
+
+    def terms(
+        self, inertia: Inertia, prepared: PreparedStep, soil: Soil, waves: WaveBoundaries
+    ) -> list[Term]:
+        """As `Dynamics.terms`; absorbing boundaries hold the soil."""
+        return [inertia]
 
     def guess(self, balance: Balance) -> Floats | None:
         """As `Dynamics.guess`; none for the last step."""

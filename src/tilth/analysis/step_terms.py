@@ -121,18 +121,17 @@ def released_forces(of: InStep) -> Sequence[Term]:
     return [Release(of.state.released, of.step.active, of.step.before, of.step.after)]
 
 
-def inertia(of: InStep) -> Sequence[Term]:
-    """Inertia, its damping, and boundaries that absorb waves."""
-    state = of.state
-    if state.dynamics is None:
-        return []
-    return state.dynamics.terms(of.step, of.soil, of.setup.water, state.ghost.faces, state.waves)
-
-
-def pore_water(of: InStep) -> Sequence[Term]:
-    """Water that flows through the pores."""
-    owner = of.state.pore_pressure
-    return [] if owner is None else owner.terms(of)
+def inertia_and_flow(of: InStep) -> Sequence[Term]:
+    """Inertia, its damping, boundaries that absorb waves, and water that flows in moving soil."""
+    state, inertia = of.state, None
+    terms: list[Term] = []
+    if (dynamics := state.dynamics) is not None:
+        inertia = dynamics.inertia(of.step, of.soil, of.setup.water, state.ghost.faces)
+        if inertia is not None:
+            terms += dynamics.terms(inertia, of.step, of.soil, state.waves)
+    if state.pore_pressure is not None:
+        terms += state.pore_pressure.terms(of, inertia)
+    return terms
 
 
 TERMS: tuple[Maker, ...] = (
@@ -146,8 +145,7 @@ TERMS: tuple[Maker, ...] = (
     edge_support,
     water_forces,
     released_forces,
-    inertia,
-    pore_water,
+    inertia_and_flow,
 )
 """Makers of all terms. New terms are added here."""
 

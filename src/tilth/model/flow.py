@@ -160,5 +160,9 @@ class Flow(Declared):
     """Bulk modulus of the water with the gas in it [stress], > 0; it cannot be compressed if not
     given.
     """
+    density: Positive | None = None
+    """Density of the water [mass / length^3], > 0; with `inertia`, which needs it: its own inertia
+    holds the water back.
+    """
     boundaries: FlowBoundaryList = ()
     """Where the pressure or the flux is given, an entry [[flow.boundaries]] for each."""

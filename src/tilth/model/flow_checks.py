@@ -105,10 +105,16 @@ def _surfaces(model: Declaration) -> Iterator[Problem]:
 def _not_yet(model: Declaration) -> Iterator[Problem]:
     """What cannot be computed together with flowing water."""
     assert model.flow is not None
-    if model.analysis.has_mass:
-        key = "inertia" if model.analysis.inertia is not None else "beyond_limit"
+    if model.analysis.beyond_limit == "relax":
         what = "cannot be computed together with [flow]"
-        yield Problem(f"analysis.{key}", what, "leave out one of the two")
+        yield Problem("analysis.beyond_limit", what, "leave out one of the two", "relax")
+    moves, density = model.analysis.inertia is not None, model.flow.density
+    if moves and density is None:
+        remedy = "give the density of the water [mass / length^3], which its own inertia needs"
+        yield Problem("flow.density", "missing: the analysis has inertia", remedy)
+    if not moves and density is not None:
+        what, remedy = "has no meaning without inertia", "leave it out"
+        yield Problem("flow.density", what, remedy, density)
     for key, contact in _contacts(model):
         if contact is not None and contact.tangential in ("friction", "rough"):
             what = f'tangential = "{contact.tangential}" cannot be computed together with [flow]'

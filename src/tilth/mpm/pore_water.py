@@ -114,6 +114,7 @@ class WaterAt:
         radius: of the point in axisymmetry [length], shape (n,); None otherwise.
         pressure: [stress], shape (n,).
         gradient: of the pressure [stress/length], shape (n, dim).
+        drive: this, with inertia and the density of water times the acceleration, shape (n, dim).
         stored: zeta [-], shape (n,).
     """
 
@@ -123,6 +124,7 @@ class WaterAt:
     radius: Floats | None
     pressure: Floats
     gradient: Floats
+    drive: Floats
     stored: Floats
 
     @property

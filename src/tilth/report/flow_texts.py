@@ -18,6 +18,8 @@ def flow_texts(model: Model) -> Iterator[str]:
     text = f"unit weight {model.flow.unit_weight:g} {unit.force}/{unit.length}^3"
     if model.flow.bulk_modulus is not None:
         text += f", bulk modulus {model.flow.bulk_modulus:g} {unit.stress}"
+    if model.flow.density is not None:
+        text += f", density {model.flow.density:g} {unit.mass}/{unit.length}^3"
     yield text
     for each in model.flow.boundaries:
         what: str = each.condition

@@ -129,6 +129,7 @@ class Inertia(Term):
             step, shape (nodes, 3, dim); None without any.
 
     Attributes:
+        mass, step: see above.
         in_matrix: this term in the pattern of the matrix, as soon as it is there.
     """
 
@@ -143,8 +144,8 @@ class Inertia(Term):
         increment: Floats,
         base: tuple[Flags, Floats] | None = None,
     ) -> None:
-        self._soil, self._mass, self._faces = soil, mass, faces
-        self._step, self._damping = step, damping
+        self._soil, self.mass, self._faces = soil, mass, faces
+        self.step, self._damping = step, damping
         self._constrained, self._increment, self._base = constrained, increment, base
         self.in_matrix: AssembledInertia | None = None
 
@@ -163,9 +164,9 @@ class Inertia(Term):
             (each, faces.unit, faces.which, mass)
             for each, faces, mass in zip(elements, self._faces, self._ghost_masses(), strict=True)
         ]
-        mass = ConsistentMass(self._soil, self._mass, space.active, ghost)
+        mass = ConsistentMass(self._soil, self.mass, space.active, ghost)
         self.in_matrix = AssembledInertia(
-            self._soil, mass, space.active, self._step, self._damping, self._constrained,
+            self._soil, mass, space.active, self.step, self._damping, self._constrained,
             self._increment, self._base,
         )  # fmt: skip
         return self.in_matrix
@@ -179,7 +180,7 @@ class Inertia(Term):
         """
         if not self._faces:
             return []
-        both = np.column_stack([self._mass, self._soil.points.initial_volume])
+        both = np.column_stack([self.mass, self._soil.points.initial_volume])
         mass, volume = self._soil.scatter(both).T
         return [
             GHOST_MASS

@@ -31,6 +31,7 @@ from tilth.mpm.pore_water import PRESSURE, STORED, VELOCITY, PoreWater, WaterAt
 from tilth.mpm.soil import Soil
 from tilth.terms.filled_cells import cell_places, sums_in_cells
 from tilth.terms.ghost import Faces
+from tilth.terms.inertia import Inertia
 from tilth.terms.outcome import Outcome, Work
 from tilth.terms.protocol import AssembledTerm, Role, Term
 from tilth.terms.space import Coupled, ElementBlocks, Space
@@ -58,6 +59,8 @@ class WaterInStep:
         water: pores and water of its points.
         size: of the step [time].
         keep: is told the nodal pressures at the end of the step, shape (nodes, 1).
+        inertia: of the soil in the step; None without.
+        density: of the water [mass/length^3], for its own inertia.
 
     Attributes:
         initial_volume: of the soil with water in its pores [length^dim], shape (n,); 0 elsewhere.
@@ -67,9 +70,16 @@ class WaterInStep:
     """
 
     def __init__(
-        self, soil: Soil, water: PoreWater, size: float, keep: Callable[[Floats], None]
+        self,
+        soil: Soil,
+        water: PoreWater,
+        size: float,
+        keep: Callable[[Floats], None],
+        inertia: Inertia | None = None,
+        density: float = 0.0,
     ) -> None:
         points = soil.points
+        self._inertia, self._density = inertia, density
         self.soil, self.water, self.size, self.keep = soil, water, size, keep
         self.integrals: PointIntegrals = soil.integrals
         self.before = points.water
@@ -99,16 +109,33 @@ class WaterInStep:
         if self.soil.kind == "axisymmetric":
             radius = points.position[:, 0] + self.soil.interpolate(x.u)[:, 0]
         self._of = x.of
+        gradient = np.einsum("nm,nmk->nk", gradient, inverse)
         self.at = WaterAt(
             volume=self.initial_volume * jacobian,
             jacobian=jacobian,
             inverse=inverse,
             radius=radius,
             pressure=p,
-            gradient=np.einsum("nm,nmk->nk", gradient, inverse),
+            gradient=gradient,
+            drive=gradient + self._density * self._acceleration(x.u),
             stored=self.water.stored(jacobian, p),
         )
         return self.at
+
+    def _acceleration(self, displacement: Floats) -> Floats | float:
+        """Returns the acceleration of the points at the end of the step, (n, dim); 0 without."""
+        if self._inertia is None:
+            return 0.0
+        assert self._inertia.in_matrix is not None
+        return self.soil.interpolate(self._inertia.in_matrix.after(displacement).acceleration)
+
+    @property
+    def inertia_by_motion(self) -> float:
+        """Derivative of the water's inertia by the displacement [stress/length^2]."""
+        if self._inertia is None:
+            return 0.0
+        assert self._inertia.in_matrix is not None
+        return self._density * self._inertia.in_matrix.derivatives()[1]
 
     def _require_pores(self, jacobian: Floats, pressure: Floats) -> None:
         water, number = self.water, self.soil.points.point_id
@@ -254,7 +281,7 @@ class _StoredWater(_OfWater):
         water[:, STORED] = np.where(wet, at.stored, 0.0)
         water[:, PRESSURE] = np.where(wet, at.pressure, 0.0)
         conductivity, _ = self._water.water.conductivities(at.jacobian)
-        water[:, VELOCITY:] = -conductivity[:, None] * at.gradient
+        water[:, VELOCITY:] = -conductivity[:, None] * at.drive
         self._water.keep(x[PORE_PRESSURE])
 
 
@@ -266,7 +293,7 @@ class _Seepage(_OfWater):
         water = self._water
         at = water.evaluate(x)
         conductivity, _ = water.water.conductivities(at.jacobian)
-        flux = (water.size * at.volume * conductivity)[:, None] * at.gradient
+        flux = (water.size * at.volume * conductivity)[:, None] * at.drive
         flow = water.integrals.scattered_gradient(at.at_start(flux[:, None]))
         return Unknowns({PORE_PRESSURE: -flow})
 
@@ -278,13 +305,15 @@ class _Seepage(_OfWater):
     def assemble(self, x: Unknowns, matrix: BlockMatrix) -> None:
         water, at, dim = self._water, self._water.last, self._water.last.dim
         conductivity, change = water.water.conductivities(at.jacobian)
-        factor, w = -water.size * at.volume, at.gradient
-        # (kappa + J kappa_J) (G_a . w) D_b - kappa (G_b . w) G_a - kappa (G_a . G_b) w
+        factor, w = -water.size * at.volume, at.drive
+        # (kappa + J kappa_J) (G_a . w) D_b - kappa (G_b . w) G_a - kappa (G_a . G_b) grad p
+        # + kappa rho_w (da/du) G_a N_b
         by_motion = np.zeros((len(w), 1, 1 + dim, dim, 1 + dim))
         by_motion[:, 0, 1:] = np.einsum("n,nk,njl->nkjl", conductivity + change, w, at.divergence())
         for k in range(dim):
             by_motion[:, 0, 1 + k, k, 1:] -= conductivity[:, None] * w
-            by_motion[:, 0, 1 + k, :, 1 + k] -= conductivity[:, None] * w
+            by_motion[:, 0, 1 + k, :, 1 + k] -= conductivity[:, None] * at.gradient
+            by_motion[:, 0, 1 + k, k, 0] += conductivity * water.inertia_by_motion
         by_motion *= factor[:, None, None, None, None]
         self._add(matrix, (PORE_PRESSURE, DISPLACEMENT), at, by_motion)
         by_pressure = np.zeros((len(w), 1, 1 + dim, 1, 1 + dim))
