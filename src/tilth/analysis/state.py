@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy.typing as npt
 
@@ -13,7 +13,6 @@ from tilth.analysis.dynamics import Dynamics
 from tilth.analysis.grid_motion import GridMotion
 from tilth.analysis.kept_contact import KeptContact, KeptForce
 from tilth.analysis.owners import DECLARED_POSITION, Stateful, state_of
-from tilth.analysis.pore_pressure import PorePressure
 from tilth.analysis.predictor import Predictor, load_curves
 from tilth.analysis.relaxation import Relaxation
 from tilth.analysis.wave_boundaries import WaveBoundaries
@@ -35,6 +34,18 @@ from tilth.terms.edge_support import EdgeSupport
 from tilth.terms.ghost import Ghost
 from tilth.terms.inertia import TimeStep
 from tilth.terms.released import ReleasedForces
+
+if TYPE_CHECKING:
+    from tilth.analysis.pore_pressure import PorePressure
+
+
+def _pore_pressure(model: Model) -> PorePressure | None:
+    """Returns the owner of the pore pressure; None if no water flows."""
+    if model.flow is None:
+        return None
+    from tilth.analysis.pore_pressure import PorePressure  # loads the terms of water
+
+    return PorePressure(model)
 
 
 class State:
@@ -83,7 +94,7 @@ class State:
     ) -> None:
         self.declared_dynamics = Dynamics.of(model)
         self.relaxation = Relaxation.of(model)
-        self.pore_pressure = None if model.flow is None else PorePressure(model)
+        self.pore_pressure = _pore_pressure(model)
         self.kept_contact = KeptContact(model.dimension)
         self.kept_ghost = KeptForce(model.dimension)
         self.boundaries = make_boundaries(model, self.time_step)
