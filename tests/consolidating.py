@@ -19,16 +19,9 @@ from tilth.arrays import Flags, Floats, Integers
 from tilth.grid.keys import find_keys
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.pore_water import Permeability, PoreWater
-from tilth.terms.pore_water import (
-    PORE_PRESSURE,
-    WATER,
-    GhostPressure,
-    Projection,
-    Seepage,
-    StoredWater,
-    WaterInStep,
-)
+from tilth.terms.pore_water import PORE_PRESSURE, WATER, Seepage, StoredWater, WaterInStep
 from tilth.terms.protocol import Term
+from tilth.terms.water_stabilisation import GhostPressure, Projection
 
 
 @dataclass

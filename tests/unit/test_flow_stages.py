@@ -90,6 +90,9 @@ def test_water_in_stages(kind: str) -> None:
         found[stage] = points.water[ground].copy()
         volume[stage] = float(points.initial_volume[ground] @ points.water[ground, STORED])
         assert not points.water[points.of_body("block")].any()
+        pressure = analysis.state.pore_pressure  # of nodes that hardly any wet soil reaches, too
+        assert pressure is not None
+        assert np.abs(pressure.value).max() < 2.0 * LOAD
     assert set(found) == {"undrained", "consolidate", "fill", "firm", "dig"}
     whole = 0.5 * float(points.initial_volume[ground].sum())
     assert volume["undrained"] == pytest.approx(whole, abs=1e-9 * whole)

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from tilth.algebra.field import Field, GivenChange
 from tilth.analysis.step_result import StepResult, outflow_of
-from tilth.arrays import Floats, Integers, require_table
+from tilth.arrays import Flags, Floats, Integers, require_table
 from tilth.boundaries.flow import FlowBoundaries
 from tilth.grid.keys import find_keys
 from tilth.model import Model
@@ -21,16 +21,9 @@ from tilth.mpm.points import MaterialPoints
 from tilth.mpm.pore_water import PRESSURE, PoreWater
 from tilth.terms.ghost import Faces
 from tilth.terms.inertia import Inertia
-from tilth.terms.pore_water import (
-    PORE_PRESSURE,
-    WATER,
-    GhostPressure,
-    Projection,
-    Seepage,
-    StoredWater,
-    WaterInStep,
-)
+from tilth.terms.pore_water import PORE_PRESSURE, WATER, Seepage, StoredWater, WaterInStep
 from tilth.terms.protocol import Term
+from tilth.terms.water_stabilisation import GhostPressure, Projection, TiedPressure
 
 if TYPE_CHECKING:
     from tilth.analysis.setup import InStep
@@ -71,10 +64,7 @@ class PorePressure:
         active, water = of.step.active, self._pores(of)
         nodal = of.soil.scatter((of.soil.points.volume * water.wet)[:, None])[:, 0]
         wet = nodal > SMALLEST_SHARE * active.comm.max(float(nodal.max(initial=0.0)))
-        stabilised = np.zeros(active.nodes, dtype=bool)
-        for faces in self._faces(of, water):  # which extend the pressure to nodes without soil
-            stabilised[faces.node] = True
-        stabilised = active.updated(stabilised)
+        stabilised = self._stabilised(of, water)  # also nodes without soil
         wet |= stabilised
         wet = active.updated(wet)
         start = active.updated(self._start(of, water, nodal))
@@ -97,6 +87,7 @@ class PorePressure:
         found: list[Term] = [
             StoredWater(here), Seepage(here), Projection(here),
             GhostPressure(here, self._faces(of, water)),
+            TiedPressure(here, self._stabilised(of, water)),
         ]  # fmt: skip
         if self._flows:
             surfaces = of.state.surfaces
@@ -144,6 +135,14 @@ class PorePressure:
         wet = active.updated(nodal) > 0.0
         corners = 2**active.grid.dim  # a whole cell beside the face has wet soil
         return [each.of(wet[each.node].sum(axis=1) >= corners) for each in faces]
+
+    def _stabilised(self, of: InStep, water: PoreWater) -> Flags:
+        """Returns which nodes the ghost term holds, shape (nodes,); all processes call it."""
+        active = of.step.active
+        stabilised = np.zeros(active.nodes, dtype=bool)
+        for faces in self._faces(of, water):
+            stabilised[faces.node] = True
+        return active.updated(stabilised)
 
     def _start(self, of: InStep, water: PoreWater, volume: Floats) -> Floats:
         """Returns the pressure of the nodes at the start of the step, shape (nodes, 1).

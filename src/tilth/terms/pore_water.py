@@ -7,43 +7,37 @@ water, in volume per step, takes the sign that makes the coupling symmetric:
     R_u = -sum_p V p D_a,      R_p = -sum_p [V0 N_a (zeta - zeta_n) + h V kappa grad N_a . grad p],
 
 D_a = grad N_a, in axisymmetry with N_a / r in the radial direction, h the size of the step
-(backward Euler). Nodes of pressure and displacement are the same; `Projection` stabilises them.
+(backward Euler). Nodes of pressure and displacement are the same: `water_stabilisation.py`.
 Theory: docs/theory/consolidation.md.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from tilth import _core
 from tilth.algebra.block_matrix import BlockMatrix, Pair
 from tilth.algebra.field import DISPLACEMENT
 from tilth.algebra.unknowns import Unknowns
-from tilth.arrays import Floats, Shorts
+from tilth.arrays import Floats
 from tilth.errors import StepFailed
-from tilth.mpm.pattern import Elements, same_starts
+from tilth.mpm.pattern import Elements
 from tilth.mpm.point_integrals import PointIntegrals
 from tilth.mpm.pore_water import PRESSURE, STORED, VELOCITY, PoreWater, WaterAt
 from tilth.mpm.soil import Soil
-from tilth.terms.filled_cells import cell_places, sums_in_cells
-from tilth.terms.ghost import Faces
+from tilth.terms.filled_cells import sums_in_cells
 from tilth.terms.inertia import Inertia
 from tilth.terms.outcome import Outcome, Work
 from tilth.terms.protocol import AssembledTerm, Role, Term
-from tilth.terms.space import Coupled, ElementBlocks, Space
+from tilth.terms.space import Space
 
 PORE_PRESSURE = "p"
 """Name of the field: the excess pore pressure [stress], compression positive."""
 
 WATER = "water"
 """Its equation: the balance of the water's volume in a step [length^dim]."""
-
-GHOST = 0.25
-"""Factor of the ghost stabilisation of the pressure [-]."""
 
 COUPLINGS: Sequence[Pair] = ((DISPLACEMENT, PORE_PRESSURE), (PORE_PRESSURE, PORE_PRESSURE))
 
@@ -320,168 +314,3 @@ class _Seepage(_OfWater):
         for k in range(dim):
             by_pressure[:, 0, 1 + k, 0, 1 + k] = factor * conductivity
         self._add(matrix, (PORE_PRESSURE, PORE_PRESSURE), at, by_pressure)
-
-
-class Projection(Term):
-    """Polynomial projection of the pressure's increment, so that it has no chequerboard.
-
-    In each cell tau v Cov(N_a, N_b) acts on the increment of the pressure in the step: the
-    covariance of the cell's functions over the whole cell, v the volume of soil in it (Dohrmann and
-    Bochev 2004; White and Borja 2008; Zhao and Choo 2020). It moves no water out of a cell.
-    tau = max(1/(2G), 3/M) - 12 kappa h / l^2, not negative, l the largest side of the cell: linear
-    elements need no less to be monotone in one direction, and nothing in longer steps.
-
-    Args:
-        water: of the step.
-    """
-
-    def __init__(self, water: WaterInStep) -> None:
-        active = water.soil.active
-        lattice = np.asarray(_core.lattice(active.cell_keys))
-        self._node = active.corners(lattice)
-        side = active.grid.sizes(cell_places(active, active.cell_keys)).max(axis=1)
-        volume, conductivity = water.in_cells(water.water.conductivity)
-        softness = water.in_cells(water.softness)[1]
-        flow = 12.0 * water.size * conductivity / side**2
-        self._factor = np.maximum(softness - flow, 0.0) * volume
-        self._coupled = Coupled(same_starts(self._node), self._node.ravel(), PORE_PRESSURE)
-
-    @property
-    def coupled(self) -> Sequence[Coupled]:
-        """As `Term.coupled`."""
-        return [self._coupled]
-
-    def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledTerm:
-        """As `Term.assembled`."""
-        (blocks,) = space.blocks_of(self._coupled)
-        line = np.array([[2.0, 1.0], [1.0, 2.0]]) / 6.0
-        mass: Floats = np.ones((1, 1))
-        while len(mass) < self._node.shape[1]:
-            mass = np.asarray(np.kron(mass, line), dtype=np.float64)
-        covariance = np.broadcast_to(mass - 1.0 / len(mass) ** 2, (len(self._factor), *mass.shape))
-        matrix = -self._factor[:, None, None] * covariance
-        before = space.fields[PORE_PRESSURE].first()
-        part = LinearPart(self._node, blocks, of_change=matrix)
-        label = "projection of the pore pressure"
-        return LinearInPressure(Role.STABILISATION, label, [part], before)
-
-
-class GhostPressure(Term):
-    """Ghost stabilisation of the pressure in partly filled cells at the edge of the soil.
-
-    On the faces that hold the displacement (`terms/ghost.py`), with the same share e of them,
-
-        0.25 e l int [dp/dn] [dq/dn] over the face, of h kappa p + tau0 l^2 / 12 (p - p_n),
-
-    l the size of the cells across the face, tau0 = max(1/(2G), 3/M) (Pretti et al. 2024 for the
-    idea). It vanishes for pressures that are linear across the face, and moves water between its
-    nodes only.
-
-    Args:
-        water: of the step.
-        faces: of the ghost stabilisation of the step.
-    """
-
-    def __init__(self, water: WaterInStep, faces: Sequence[Faces]) -> None:
-        self._faces = faces
-        self._volume = water.nodal_volume
-        self._soft = water.nodal_sums(water.softness)
-        flow = water.nodal_sums(water.water.conductivity)
-        self._conductivity = np.where(
-            self._volume > 0.0, flow / np.maximum(self._volume, 1e-300), np.inf
-        )
-        self._size = water.size
-        self._coupled = [
-            Coupled(same_starts(each.node), each.node.ravel(), PORE_PRESSURE) for each in faces
-        ]
-
-    @property
-    def coupled(self) -> Sequence[Coupled]:
-        """As `Term.coupled`."""
-        return self._coupled
-
-    def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledTerm:
-        """As `Term.assembled`."""
-        before = space.fields[PORE_PRESSURE].first()
-        parts = []
-        for faces, coupled in zip(self._faces, self._coupled, strict=True):
-            (blocks,) = space.blocks_of(coupled)
-            unit = faces.unit if len(faces.unit) == 1 else faces.unit[faces.which]
-            volume = np.maximum(self._volume[faces.node].sum(axis=1), 1e-300)
-            softness = self._soft[faces.node].sum(axis=1) / volume
-            conductivity = self._conductivity[faces.node].min(axis=1)
-            stored = softness * faces.size[:, faces.axis] ** 2 / 12.0
-            share = -GHOST * faces.emptiness
-            parts.append(
-                LinearPart(
-                    faces.node, blocks,
-                    of_value=(share * self._size * conductivity)[:, None, None] * unit,
-                    of_change=(share * stored)[:, None, None] * unit,
-                )
-            )  # fmt: skip
-        label = "ghost stabilisation of the pore pressure"
-        return LinearInPressure(Role.STABILISATION, label, parts, before)
-
-
-@dataclass(frozen=True, eq=False)
-class LinearPart:
-    """Elements whose part of the water's balance is linear in their nodes' pressures.
-
-    Attributes:
-        node: their nodes, shape (elements, k).
-        blocks: their places in the matrix.
-        of_value, of_change: matrices of the pressure and of its change in the step, shape
-            (elements, k, k); 0 if a number.
-        constant: without pressure, shape (elements, k, 1); 0 if a number.
-    """
-
-    node: Shorts
-    blocks: ElementBlocks
-    of_value: Floats | float = 0.0
-    of_change: Floats | float = 0.0
-    constant: Floats | float = 0.0
-
-
-class LinearInPressure(AssembledTerm):
-    """The sum of such elements.
-
-    Args:
-        role, label: as those of a term.
-        parts: the elements.
-        before: nodal pressures at the start of the step, shape (nodes, 1).
-        boundary: name of the flow boundary through which it is the flow, if it is one.
-    """
-
-    def __init__(
-        self, role: Role, label: str, parts: Sequence[LinearPart], before: Floats,
-        boundary: str = "",
-    ) -> None:  # fmt: skip
-        self.role, self.label = role, label
-        self._parts, self._before, self._boundary = parts, before, boundary
-
-    def evaluate(self, x: Unknowns) -> Unknowns:
-        """As `AssembledTerm.evaluate`."""
-        total = np.zeros_like(self._before)
-        for each in self._parts:
-            value = x[PORE_PRESSURE][each.node]
-            change = value - self._before[each.node]
-            own = _product(each.of_change, change) + _product(each.of_value, value)
-            np.add.at(total, each.node, own + each.constant)
-        return Unknowns({PORE_PRESSURE: total})
-
-    def assemble(self, x: Unknowns, matrix: BlockMatrix) -> None:
-        """As `AssembledTerm.assemble`."""
-        for each in self._parts:
-            values = each.of_change + each.of_value
-            if not isinstance(values, float):
-                each.blocks.add(matrix, values.reshape(-1, 1, 1))
-
-    def outcome(self, x: Unknowns) -> Outcome | None:
-        """As `AssembledTerm.outcome`: a part of the balance is less what leaves the soil there."""
-        if not self._boundary:
-            return None
-        return Outcome(outflow={self._boundary: -self.evaluate(x)[PORE_PRESSURE]})
-
-
-def _product(matrix: Floats | float, vector: Floats) -> Floats | float:
-    return matrix if isinstance(matrix, float) else matrix @ vector

@@ -16,9 +16,10 @@ from tilth.arrays import Flags, Floats
 from tilth.grid.keys import find_keys
 from tilth.mpm.pattern import Elements, same_starts
 from tilth.mpm.quadrature import PointsInCells
-from tilth.terms.pore_water import PORE_PRESSURE, LinearInPressure, LinearPart, WaterInStep
+from tilth.terms.pore_water import PORE_PRESSURE, WaterInStep
 from tilth.terms.protocol import AssembledTerm, Role, Term
 from tilth.terms.space import Coupled, Space
+from tilth.terms.water_stabilisation import LinearInPressure, LinearPart
 
 LEAST_FILLING = 1e-6
 """Share of a cell with wet soil from which water flows through a surface in it [-]."""
