@@ -7,19 +7,17 @@ geometry is that of the start of the step. Theory: docs/theory/consolidation.md.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from tilth.arrays import Flags, Floats
 from tilth.grid.keys import find_keys
-from tilth.mpm.pattern import Elements, same_starts
 from tilth.mpm.quadrature import PointsInCells
-from tilth.terms.pore_water import PORE_PRESSURE, WaterInStep
-from tilth.terms.protocol import AssembledTerm, Role, Term
-from tilth.terms.space import Coupled, Space
-from tilth.terms.water_stabilisation import LinearInPressure, LinearPart
+from tilth.terms.pore_water import WaterInStep
+from tilth.terms.protocol import Role
+from tilth.terms.space import ElementBlocks
+from tilth.terms.water_stabilisation import LinearPart, OnElements
 
 LEAST_FILLING = 1e-6
 """Share of a cell with wet soil from which water flows through a surface in it [-]."""
@@ -65,7 +63,7 @@ def beside_water(water: WaterInStep, surface: FlowSurface) -> tuple[FlowSurface,
     return surface.of(wet), flow.sum(axis=1) / volume.sum(axis=1), least
 
 
-class _ThroughSurface(Term):
+class _ThroughSurface(OnElements):
     """A term on the pressures of the cells of such points.
 
     Args:
@@ -74,26 +72,17 @@ class _ThroughSurface(Term):
         surface: its points.
     """
 
-    label: str
+    role = Role.FLOW
 
     def __init__(self, name: str, water: WaterInStep, surface: FlowSurface) -> None:
         surface, self._mean, self._least = beside_water(water, surface)
-        self._name, self._size, self._surface = name, water.size, surface
-        self._node = surface.at.node[surface.at.cell]
-        self._coupled = Coupled(same_starts(self._node), self._node.ravel(), PORE_PRESSURE)
+        super().__init__(surface.at.node[surface.at.cell])
+        self.flow_boundary, self._size, self._surface = name, water.size, surface
 
-    @property
-    def coupled(self) -> Sequence[Coupled]:
-        """As `Term.coupled`."""
-        return [self._coupled]
-
-    def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledTerm:
-        """As `Term.assembled`."""
-        (blocks,) = space.blocks_of(self._coupled)
+    def _part(self, blocks: ElementBlocks) -> LinearPart:
+        """As `OnElements._part`."""
         matrix, constant = self._balance()
-        part = LinearPart(self._node, blocks, of_value=matrix, constant=constant[:, :, None])
-        before = space.fields[PORE_PRESSURE].first()
-        return LinearInPressure(Role.FLOW, self.label, [part], before, self._name)
+        return LinearPart(self._node, blocks, of_value=matrix, constant=constant[:, :, None])
 
     def _balance(self) -> tuple[Floats | float, Floats]:
         """Returns what a point adds to the balance: by the pressures (n, k, k), and without."""

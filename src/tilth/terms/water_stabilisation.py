@@ -34,7 +34,43 @@ TIE = 1e-3
 """Share of a cell's own conductivity that ties such pressures [-]."""
 
 
-class Projection(Term):
+class OnElements(Term):
+    """A term that is linear in the pressures of the nodes of elements.
+
+    Args:
+        node: of the elements, shape (elements, k).
+
+    Attributes:
+        role, label: as those of a term.
+        flow_boundary: name of the one through which it is the flow; empty for none.
+    """
+
+    role = Role.STABILISATION
+    label: str
+    flow_boundary = ""
+
+    def __init__(self, node: Shorts) -> None:
+        self._node = node
+        self._coupled = Coupled(same_starts(node), node.ravel(), PORE_PRESSURE)
+
+    @property
+    def coupled(self) -> Sequence[Coupled]:
+        """As `Term.coupled`."""
+        return [self._coupled]
+
+    def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledTerm:
+        """As `Term.assembled`."""
+        (blocks,) = space.blocks_of(self._coupled)
+        before = space.fields[PORE_PRESSURE].first()
+        part = self._part(blocks)
+        return LinearInPressure(self.role, self.label, [part], before, self.flow_boundary)
+
+    def _part(self, blocks: ElementBlocks) -> LinearPart:
+        """Returns what the elements add to the balance; blocks: their places in the matrix."""
+        raise NotImplementedError
+
+
+class Projection(OnElements):
     """Polynomial projection of the pressure's increment, so that it has no chequerboard.
 
     In each cell tau v Cov(N_a, N_b) acts on the increment of the pressure in the step: the
@@ -47,35 +83,26 @@ class Projection(Term):
         water: of the step.
     """
 
+    label = "projection of the pore pressure"
+
     def __init__(self, water: WaterInStep) -> None:
         active = water.soil.active
-        lattice = np.asarray(_core.lattice(active.cell_keys))
-        self._node = active.corners(lattice)
+        super().__init__(active.corners(np.asarray(_core.lattice(active.cell_keys))))
         side = active.grid.sizes(cell_places(active, active.cell_keys)).max(axis=1)
         volume, conductivity = water.in_cells(water.water.conductivity)
         softness = water.in_cells(water.softness)[1]
         flow = 12.0 * water.size * conductivity / side**2
         self._factor = np.maximum(softness - flow, 0.0) * volume
-        self._coupled = Coupled(same_starts(self._node), self._node.ravel(), PORE_PRESSURE)
 
-    @property
-    def coupled(self) -> Sequence[Coupled]:
-        """As `Term.coupled`."""
-        return [self._coupled]
-
-    def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledTerm:
-        """As `Term.assembled`."""
-        (blocks,) = space.blocks_of(self._coupled)
+    def _part(self, blocks: ElementBlocks) -> LinearPart:
+        """As `OnElements._part`."""
         line = np.array([[2.0, 1.0], [1.0, 2.0]]) / 6.0
         mass: Floats = np.ones((1, 1))
         while len(mass) < self._node.shape[1]:
             mass = np.asarray(np.kron(mass, line), dtype=np.float64)
         covariance = np.broadcast_to(mass - 1.0 / len(mass) ** 2, (len(self._factor), *mass.shape))
         matrix = -self._factor[:, None, None] * covariance
-        before = space.fields[PORE_PRESSURE].first()
-        part = LinearPart(self._node, blocks, of_change=matrix)
-        label = "projection of the pore pressure"
-        return LinearInPressure(Role.STABILISATION, label, [part], before)
+        return LinearPart(self._node, blocks, of_change=matrix)
 
 
 class GhostPressure(Term):
@@ -135,7 +162,7 @@ class GhostPressure(Term):
         return LinearInPressure(Role.STABILISATION, label, parts, before)
 
 
-class TiedPressure(Term):
+class TiedPressure(OnElements):
     """Ties the pressures of nodes that hardly any wet soil reaches to those around.
 
     Domains that reach a hair into soil without water in its pores would have a free pressure there.
@@ -150,6 +177,8 @@ class TiedPressure(Term):
         stabilised: nodes that the ghost term holds, shape (nodes,).
     """
 
+    label = "tied pore pressures"
+
     def __init__(self, water: WaterInStep, stabilised: Flags) -> None:
         active, self._size = water.soil.active, water.size
         node = active.corners(np.asarray(_core.lattice(active.cell_keys)))
@@ -163,18 +192,12 @@ class TiedPressure(Term):
         hardly = (volume > 0.0) & (volume < HARDLY_WET * cell[:, None]) & ~stabilised[node]
         tied = hardly.any(axis=1) & (volume >= HARDLY_WET * cell[:, None]).any(axis=1)
         whole = TIE * cell[tied] / volume[tied].sum(axis=1)
-        self._node, self._sides = node[tied], size[tied]
+        super().__init__(node[tied])
+        self._sides = size[tied]
         self._flow, self._soft = whole * flow[tied].sum(axis=1), whole * soft[tied].sum(axis=1)
-        self._coupled = Coupled(same_starts(self._node), self._node.ravel(), PORE_PRESSURE)
 
-    @property
-    def coupled(self) -> Sequence[Coupled]:
-        """As `Term.coupled`."""
-        return [self._coupled]
-
-    def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledTerm:
-        """As `Term.assembled`."""
-        (blocks,) = space.blocks_of(self._coupled)
+    def _part(self, blocks: ElementBlocks) -> LinearPart:
+        """As `OnElements._part`."""
         mass, slope = np.array([[2.0, 1.0], [1.0, 2.0]]) / 6.0, np.array([[1.0, -1.0], [-1.0, 1.0]])
         dim = self._sides.shape[1]
         unit: Floats = np.zeros((len(self._node), 2**dim, 2**dim))
@@ -184,13 +207,11 @@ class TiedPressure(Term):
                 product = np.asarray(np.kron(slope if axis == k else mass, product))
             unit += product / self._sides[:, k, None, None] ** 2
         stored = self._soft * self._sides.max(axis=1) ** 2 / 12.0
-        part = LinearPart(
+        return LinearPart(
             self._node, blocks,
             of_value=-(self._size * self._flow)[:, None, None] * unit,
             of_change=-stored[:, None, None] * unit,
         )  # fmt: skip
-        before = space.fields[PORE_PRESSURE].first()
-        return LinearInPressure(Role.STABILISATION, "tied pore pressures", [part], before)
 
 
 @dataclass(frozen=True, eq=False)
