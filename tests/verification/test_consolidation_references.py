@@ -15,6 +15,7 @@ from tilth_verification.closed_forms.material_column import (
     hencky,
     kozeny_carman,
 )
+from tilth_verification.closed_forms.radial_consolidation import PressedBall
 
 UNIT = Layer(1.0, 1.0, 1.0)
 
@@ -90,3 +91,16 @@ def test_cam_clay() -> None:
     (now,) = column.at([0.5], 25, 30)
     assert now.pressure == pytest.approx(22.30, abs=0.03)
     assert now.settlement == pytest.approx(0.06350, abs=2e-5)
+
+
+@pytest.mark.parametrize(
+    ("dim", "time", "centre"),
+    [
+        (2, 0.05, 1.18226), (2, 0.1, 1.10732), (2, 0.2, 0.77614),
+        (3, 0.05, 1.36372), (3, 0.1, 1.19410), (3, 0.2, 0.68173),
+    ],
+)  # fmt: skip
+def test_cylinder_and_sphere(dim: int, time: float, centre: float) -> None:
+    """The numbers are those of another computation, for the sphere by the Laplace transform."""
+    assert PressedBall(dim, 0.2).pressure(0.0, time) == pytest.approx(centre, abs=1e-5)
+    assert PressedBall(dim, 0.2).pressure(1.0, time) == pytest.approx(0.0, abs=1e-12)
