@@ -52,6 +52,13 @@ WRONG: Mapping[str, tuple[Mapping[str, Any], str, str, str]] = {
         {f"{DRAIN}.excess_pressure": 1.0}, f"{KEY}.excess_pressure", "no meaning", "pressure"),
     "flux of a drain on a plane": (
         {f"{DRAIN}.flux": 1.0}, f"{KEY}.flux", "unknown key", "known keys"),
+    "no head": (
+        {**WET, DRAIN: {**PRESSURE, "condition": "head"}}, f"{KEY}.head", "missing", "give"),
+    "head without water": (
+        {DRAIN: {**PRESSURE, "condition": "head", "head": 4.0}},
+        f"{KEY}.condition", "needs the water at rest", "add [water]"),
+    "head of a drain": (
+        {f"{DRAIN}.head": 1.0}, f"{KEY}.head", "no meaning", "head"),
     "factor of a drain": (
         {f"{DRAIN}.factor": [[0, 1], [1, 2]]}, f"{KEY}.factor", "nothing to scale", "leave it out"),
     "factor": (

@@ -99,10 +99,11 @@ def _pressure_of_run(model: Model) -> Iterator[tuple[str, str]]:
 
 
 def drives_water(model: Model) -> bool:
-    """Whether a flow boundary gives a pressure or a flux other than zero at some time."""
+    """Whether a flow boundary gives a head, or a pressure or flux other than zero at some time."""
     flow = model.flow
     return flow is not None and any(
-        each.value and any(factor for _, factor in each.factor or UNSCALED)
+        each.condition == "head"
+        or (each.value and any(factor for _, factor in each.factor or UNSCALED))
         for each in flow.boundaries
     )
 

@@ -26,6 +26,7 @@ from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.pore_water import POROSITY
 from tilth.mpm.quadrature import points_in_cells
+from tilth.mpm.water import PhreaticSurface
 from tilth.surface.parts import locate_part
 from tilth.surface.protocol import BodySurface
 from tilth.surface.quadrature import area_vector
@@ -55,7 +56,7 @@ class FlowBoundaries:
         self._plane_of_nodes: Integers = np.zeros(0, dtype=np.int64)  # in the present step, else -1
         for each in model.flow.boundaries:
             if isinstance(each, PlaneFlowBoundary):
-                self._planes.append(_OnPlane(each, model.dimension))
+                self._planes.append(_OnPlane(each, model))
             elif isinstance(each, ImplicitFlowBoundary):
                 self._implicit.append(_OnGeometry(each, model, keys[each.name]))
             elif model.present(each.body):
@@ -74,7 +75,8 @@ class FlowBoundaries:
         for number, plane in enumerate(self._planes):
             nodes = plane.nodes.on_plane(active)
             nodes |= plane.nodes.nodes(active) & ~stabilised
-            value[nodes], self._plane_of_nodes[nodes] = plane.value(time), number
+            value[nodes, 0] = plane.pressure(active.position[nodes], time)
+            self._plane_of_nodes[nodes] = number
         held = self._plane_of_nodes[:, None] >= 0
         return active.updated(held), active.updated(value)
 
@@ -136,19 +138,32 @@ class _Acting:
         name: given by the user.
     """
 
-    def __init__(self, declared: FlowBoundary) -> None:
+    def __init__(self, declared: FlowBoundary, model: Model) -> None:
         self.name = declared.name
+        self._at_rest = PhreaticSurface.of(model) if declared.condition == "head" else None
         self._declared = declared
         self._curve = LoadCurve(declared.factor or UNSCALED)
 
     def value(self, time: float) -> float:
-        """Returns the excess pore pressure [stress] or the flux into the soil at a time."""
+        """Returns the excess pore pressure, the head or the flux into the soil at a time."""
         return self._declared.value * self._curve.factor(time)
+
+    def pressure(self, position: Floats, time: float) -> Floats:
+        """Returns the excess pore pressure at positions (n, dim) and a time [stress], shape (n,).
+
+        Of a head H at the height y it is gamma_w (H - y) less the pressure of the water at rest.
+        """
+        value, rest = self.value(time), self._at_rest
+        if rest is None:
+            return np.full(len(position), value)
+        total = rest.unit_weight(time) * (value - position[:, -1])
+        return np.asarray(total - rest.pore_pressure(position, time))
 
     def term(self, water: WaterInStep, surface: FlowSurface, after: float) -> Term:
         """Returns the term of a boundary with these points, at the end of the step."""
-        make = GivenFlux if self._declared.condition == "flux" else GivenPressure
-        return make(self.name, water, surface, self.value(after))
+        if self._declared.condition == "flux":
+            return GivenFlux(self.name, water, surface, self.value(after))
+        return GivenPressure(self.name, water, surface, lambda at: self.pressure(at, after))
 
 
 class _OnPlane(_Acting):
@@ -158,13 +173,13 @@ class _OnPlane(_Acting):
         nodes: tells which they are.
     """
 
-    def __init__(self, declared: PlaneFlowBoundary, dim: int) -> None:
-        super().__init__(declared)
+    def __init__(self, declared: PlaneFlowBoundary, model: Model) -> None:
+        super().__init__(declared, model)
         plane = PlaneBoundary(
             name=declared.name, axis=declared.axis, at=declared.at, range=declared.range,
             condition="fixed",
         )  # fmt: skip
-        self.nodes = _WetNodes(plane, dim, self._curve)
+        self.nodes = _WetNodes(plane, model.dimension, self._curve)
 
 
 class _OnGeometry(_Acting):
@@ -175,7 +190,7 @@ class _OnGeometry(_Acting):
     """
 
     def __init__(self, declared: ImplicitFlowBoundary, model: Model, key: str) -> None:
-        super().__init__(declared)
+        super().__init__(declared, model)
         self.surface = make_still(declared.name, declared.geometry, model, key)
 
     def part(self, active: ActiveGrid, near: NearSoil, time: float) -> FlowSurface:
@@ -187,6 +202,7 @@ class _OnGeometry(_Acting):
             points_in_cells(active, near.key[known], near.local[known]),
             -self.surface.quadrature.normal[chosen],
             self.surface.weights(time, chosen) * near.fraction[known],
+            self.surface.positions(time, chosen),
         )
 
 
@@ -198,7 +214,7 @@ class _OnSurface(_Acting):
     """
 
     def __init__(self, declared: SurfaceFlowBoundary, model: Model, key: str) -> None:
-        super().__init__(declared)
+        super().__init__(declared, model)
         self.body, self._key = declared.body, key
         self._axisymmetric = model.analysis.kind == "axisymmetric"
 
@@ -211,7 +227,7 @@ class _OnSurface(_Acting):
         normal = -area / np.maximum(weight, 1e-300)[:, None]
         if self._axisymmetric:
             weight = weight * 2.0 * np.pi * points.position[order, 0]
-        return FlowSurface(at, normal, weight)
+        return FlowSurface(at, normal, weight, points.position[order])
 
 
 class _WetNodes(Nodal):

@@ -16,7 +16,7 @@ from tilth.model.geometry import Geometry
 from tilth.model.problems import rejection
 from tilth.model.region import Region
 
-_VALUES = {"pressure": "excess_pressure", "flux": "flux"}
+_VALUES = {"pressure": "excess_pressure", "head": "head", "flux": "flux"}
 """Condition -> the key that it needs."""
 
 
@@ -32,9 +32,13 @@ class _FlowBoundary(Declared):
     """With condition "pressure": excess over the water at rest at factor 1 [stress], compression
     positive.
     """
+    head: Real | None = None
+    """With condition "head": total head at factor 1, the elevation to which the water would rise
+    in a pipe there [length], on the same axis as the level of `[water]`, which it needs.
+    """
     factor: Table | None = None
-    """Rows (time, factor) of the given pressure or flux, shape (n, 2); 1 if not given: unlike a
-    load, it is there from the start.
+    """Rows (time, factor) of the given pressure, head or flux, shape (n, 2); 1 if not given: unlike
+    a load, it is there from the start.
     """
 
     @classmethod
@@ -62,15 +66,16 @@ class _FlowBoundary(Declared):
 
     @property
     def value(self) -> float:
-        """The excess pore pressure, or the flux into the soil, at factor 1."""
+        """The excess pore pressure, the head, or the flux into the soil, at factor 1."""
         key = _VALUES.get(self.condition)
         return 0.0 if key is None else float(getattr(self, key))
 
 
 class _WithFlux(_FlowBoundary):
-    condition: Literal["drained", "pressure", "flux"]
+    condition: Literal["drained", "pressure", "head", "flux"]
     """One of "drained" (no excess pore pressure: water leaves and enters freely), "pressure" (the
-    excess pore pressure is given) and "flux" (what flows through it is given). Where nothing is
+    excess pore pressure is given), "head" (the total head is)
+    and "flux" (what flows through it is given). Where nothing is
     declared no water passes.
     """
     flux: Real | None = None
@@ -83,9 +88,10 @@ class PlaneFlowBoundary(_FlowBoundary):
     """Pressure on the nodes of a grid line (2D) or grid plane (3D), which does not move."""
 
     type: Literal["plane"] = "plane"
-    condition: Literal["drained", "pressure"]
-    """One of "drained" (no excess pore pressure: water leaves and enters freely) and "pressure"
-    (the excess pore pressure is given). For a "flux" give the plane as an implicit geometry.
+    condition: Literal["drained", "pressure", "head"]
+    """One of "drained" (no excess pore pressure: water leaves and enters freely), "pressure"
+    (the excess pore pressure is given) and "head" (the total head is). For a "flux" give the
+    plane as an implicit geometry.
     """
     axis: Axis
     """Axis normal to the line or plane."""

@@ -42,6 +42,7 @@ def flow_problems(model: Declaration) -> Iterator[Problem]:
         yield Problem("flow", what, remedy)
     yield from _weights(model)
     yield from _time(model)
+    yield from _heads(model)
     yield from _surfaces(model)
     yield from _not_yet(model)
     yield from _given_volume(model)
@@ -77,6 +78,16 @@ def _time(model: Declaration) -> Iterator[Problem]:
         if "end" not in schedule.model_fields_set:
             remedy = "give the time until which the flow is computed"
             yield Problem(f"{key}.end", "missing: where water flows it is a time", remedy)
+
+
+def _heads(model: Declaration) -> Iterator[Problem]:
+    """A head is over the datum of the water at rest."""
+    assert model.flow is not None
+    for i, each in enumerate(model.flow.boundaries):
+        if each.condition == "head" and not model.has_water:
+            what = "needs the water at rest, over which the excess pressure is"
+            remedy = 'add [water] with its level, or choose condition = "pressure"'
+            yield Problem(f"flow.boundaries[{i}].condition", what, remedy, "head")
 
 
 def _surfaces(model: Declaration) -> Iterator[Problem]:

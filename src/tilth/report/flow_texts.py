@@ -25,6 +25,8 @@ def flow_texts(model: Model) -> Iterator[str]:
         what: str = each.condition
         if each.condition == "pressure":
             what = f"excess pressure {each.value:g} {unit.stress}"
+        elif each.condition == "head":
+            what = f"head {each.value:g} {unit.length}"
         elif each.condition == "flux":
             what = f"flux {each.value:g} {unit.length}/{unit.time} into the soil"
         yield f"{each.name}: {what} {_place(each)}"

@@ -7,6 +7,7 @@ geometry is that of the start of the step. Theory: docs/theory/consolidation.md.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,15 +35,18 @@ class FlowSurface:
         at: the points in cells of the soil.
         normal: outward from the soil, shape (n, dim).
         weight: area of each point's part of the surface, in axisymmetry with 2 pi r, shape (n,).
+        position: [length], shape (n, dim).
     """
 
     at: PointsInCells
     normal: Floats
     weight: Floats
+    position: Floats
 
     def of(self, kept: Flags) -> FlowSurface:
         """Returns the points `kept`, shape (n,)."""
-        return FlowSurface(self.at.of(kept), self.normal[kept], self.weight[kept])
+        own = (each[kept] for each in (self.normal, self.weight, self.position))
+        return FlowSurface(self.at.of(kept), *own)
 
 
 def beside_water(water: WaterInStep, surface: FlowSurface) -> tuple[FlowSurface, Floats, Floats]:
@@ -105,16 +109,17 @@ class GivenPressure(_ThroughSurface):
         name: of the flow boundary.
         water: of the step.
         surface: its points.
-        pressure: p0 at the end of the step [stress].
+        pressure: p0 at the end of the step at positions (n, dim) [stress], shape (n,).
     """
 
     label = "flow through a surface with a given pressure"
 
     def __init__(
-        self, name: str, water: WaterInStep, surface: FlowSurface, pressure: float
-    ) -> None:
+        self, name: str, water: WaterInStep, surface: FlowSurface,
+        pressure: Callable[[Floats], Floats],
+    ) -> None:  # fmt: skip
         super().__init__(name, water, surface)
-        self._pressure = pressure
+        self._pressure = pressure(self._surface.position)
 
     def _balance(self) -> tuple[Floats | float, Floats]:
         at = self._surface.at
@@ -123,7 +128,7 @@ class GivenPressure(_ThroughSurface):
         own = slope - (NITSCHE * self._mean / at.size[at.cell].max(axis=1))[:, None] * value
         factor = self._size * self._surface.weight
         matrix = np.einsum("na,nb->nab", value, slope) + np.einsum("na,nb->nab", own, value)
-        return factor[:, None, None] * matrix, -self._pressure * factor[:, None] * own
+        return factor[:, None, None] * matrix, -(self._pressure * factor)[:, None] * own
 
 
 class GivenFlux(_ThroughSurface):
