@@ -74,9 +74,8 @@ class _FlowBoundary(Declared):
 class _WithFlux(_FlowBoundary):
     condition: Literal["drained", "pressure", "head", "flux"]
     """One of "drained" (no excess pore pressure: water leaves and enters freely), "pressure" (the
-    excess pore pressure is given), "head" (the total head is)
-    and "flux" (what flows through it is given). Where nothing is
-    declared no water passes.
+    excess pore pressure is given), "head" (the total head is given) and "flux" (what flows through
+    it is given). Where nothing is declared no water passes.
     """
     flux: Real | None = None
     """With condition "flux": volume of water per time and area that enters the soil at factor 1
@@ -90,7 +89,7 @@ class PlaneFlowBoundary(_FlowBoundary):
     type: Literal["plane"] = "plane"
     condition: Literal["drained", "pressure", "head"]
     """One of "drained" (no excess pore pressure: water leaves and enters freely), "pressure"
-    (the excess pore pressure is given) and "head" (the total head is). For a "flux" give the
+    (the excess pore pressure is given) and "head" (the total head is given). For a "flux" give the
     plane as an implicit geometry.
     """
     axis: Axis
