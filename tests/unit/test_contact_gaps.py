@@ -14,7 +14,7 @@ from contact_terms import pressed as pressed_block
 
 from tilth.algebra.unknowns import Unknowns
 from tilth.arrays import Floats
-from tilth.boundaries.contact.constraint import (
+from tilth.boundaries.contact.patches import (
     INEXACT_DRIFT,
     LARGEST_DRIFT,
     SCATTER_OF_MEANS,
@@ -32,7 +32,7 @@ CELL = 2.0
 def touch(state: float, carried: float, measured: float, scatter: float) -> Touch:
     """The contact of one point of a rigid body, in plane strain; lengths in cells."""
     surface: Any = SimpleNamespace(
-        carried=np.array([[0.0, 0.0, state, 0.0, carried * CELL, 0.0]]),
+        carried=np.array([[0.0, 0.0, state, 0.0, carried * CELL, 0.0, 0.0]]),
         cell=CELL,
         full=False,
         touches_nearly=False,
@@ -176,7 +176,7 @@ def test_what_is_left_to_the_next_step_is_carried(monkeypatch: pytest.MonkeyPatc
     part.pose.increment[:] = 0.0
     patch.restart(cautious=True, deferring=True)
     stored: list[Floats] = []
-    monkeypatch.setattr(type(part.boundary), "store", lambda own, *rest: stored.append(rest[-1]))
+    monkeypatch.setattr(type(part.boundary), "store", lambda own, *rest: stored.append(rest[-2]))
     still = np.zeros((term._active.nodes, 2))
     term.forces(still, np.zeros(0))
     pushed = np.einsum("ni,ni->n", part.pose.normal, term._moved(patch, np.zeros(0)))
@@ -204,7 +204,7 @@ def test_gaps_of_small_supports_are_tolerated_and_forgotten(
     touch.closed[own] = True
     still, at_rest = np.zeros((term._active.nodes, dim)), np.zeros(len(term.scale))
     stored: list[Floats] = []
-    monkeypatch.setattr(type(part.boundary), "store", lambda own, *rest: stored.append(rest[-1]))
+    monkeypatch.setattr(type(part.boundary), "store", lambda own, *rest: stored.append(rest[-2]))
     for share, of_cell in product((0.049, 0.051), (-0.9e-4, -1.1e-4, -0.02, 0.02)):
         gap, is_small, is_closed = of_cell * cell, share < 0.05, of_cell < 0.0
         is_wide = is_closed and not is_small and of_cell < -1e-4

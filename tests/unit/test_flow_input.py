@@ -173,28 +173,17 @@ PLATE = {
     "geometry": {"type": "box", "lower": [-0.1, 3.0], "upper": [0.6, 3.5], "soil": "outside"},
 }  # fmt: skip
 ROUGH = {"normal": "unilateral", "tangential": "friction", "friction": 0.3}
-SMOOTH = {"normal": "unilateral", "tangential": "smooth"}
 
 
-def test_contact_with_friction_is_refused_wherever_it_is_declared() -> None:
-    wall = {"name": "wall", "type": "implicit", "contact": ROUGH,
-            "geometry": {"type": "plane", "point": [0.5, 0.0], "normal": [-1.0, 0.0]}}  # fmt: skip
+def test_friction_between_two_bodies_is_refused() -> None:
+    """Each of them has its own pressure; that of a rigid body's contact is the soil's."""
     bodies = [{**ENTRIES["bodies"][0], "name": name} for name in ("soil", "other")]
     pair = {"name": "pair", "bodies": ["soil", "other"], "contact": ROUGH}
-    plates = [
-        {**PLATE, "contact": ROUGH},
-        {**PLATE, "contact": SMOOTH, "contact_with": {"soil": ROUGH}},
-    ]
-    for changes, key in (
-        ({"boundaries.1": wall}, "boundaries[1].contact"),
-        ({"bodies": bodies, "contact_pairs": [pair]}, "contact_pairs[0].contact"),
-        ({"rigid_bodies": [plates[0]]}, "rigid_bodies[0].contact"),
-        ({"rigid_bodies": [plates[1]]}, "rigid_bodies[0].contact_with.soil"),
-    ):
-        found = problems(changes)
-        assert list(found) == [f"{key}.tangential"]
-        assert "[flow]" in found[f"{key}.tangential"][0]
-        assert '"smooth"' in found[f"{key}.tangential"][1]
+    found = problems({"bodies": bodies, "contact_pairs": [pair]})
+    assert list(found) == ["contact_pairs[0].contact.tangential"]
+    assert "[flow]" in found["contact_pairs[0].contact.tangential"][0]
+    assert '"smooth"' in found["contact_pairs[0].contact.tangential"][1]
+    assert problems({"rigid_bodies": [{**PLATE, "contact": ROUGH}]}) == {}
 
 
 def test_studies_vary_what_belongs_to_the_flow() -> None:

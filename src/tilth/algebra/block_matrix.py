@@ -144,9 +144,10 @@ class BlockMatrix:
         of_globals = np.zeros_like(x.globals)
         if self.border is not None:
             nodes = self.fields[DISPLACEMENT].nodes
-            own, rows = nodes.owned, self.border.rows
-            of_globals = np.array([inner(nodes.comm, row[own], x.u[own]) for row in rows])
-            of_globals += self.border.corner @ x.globals
+            own, of_globals = nodes.owned, self.border.corner @ x.globals
+            for name, rows in self.border.rows_by_field().items():
+                values = x.of[name][own]
+                of_globals += [inner(nodes.comm, row[own], values) for row in rows]
             of_border = np.tensordot(x.globals, self.border.columns, axes=1)
             product[DISPLACEMENT] = product[DISPLACEMENT] + of_border
         return Unknowns(product, of_globals)

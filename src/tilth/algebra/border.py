@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from tilth.algebra.field import DISPLACEMENT
 from tilth.arrays import Floats
 
 
@@ -27,17 +29,23 @@ class Border:
             equation over the scale has that of the nodal residuals. For a rotation [rad] the scale
             is a length, for a translation 1, for a Lagrange multiplier [force] a compliance
             [length/force].
+        others: as `rows`, with respect to the nodal unknowns of other fields, by their names.
     """
 
     columns: Floats
     rows: Floats
     corner: Floats
     scale: Floats
+    others: Mapping[str, Floats] = field(default_factory=dict)
 
     @property
     def unknowns(self) -> int:
         """The number m of global unknowns."""
         return len(self.corner)
+
+    def rows_by_field(self) -> Mapping[str, Floats]:
+        """Returns the rows by the fields' names, that of the displacement first."""
+        return {DISPLACEMENT: self.rows, **self.others}
 
     def scaled(self) -> Border:
         """Returns the border of the scaled unknowns, whose scale is 1."""
@@ -47,4 +55,5 @@ class Border:
             self.rows * by[:, None, None],
             self.corner * by[:, None] * by,
             np.ones_like(by),
+            {name: rows * by[:, None, None] for name, rows in self.others.items()},
         )

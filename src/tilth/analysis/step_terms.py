@@ -88,13 +88,13 @@ def surface_loads(of: InStep) -> Sequence[Term]:
 
 def contact(of: InStep) -> Sequence[Term]:
     """Contact, and rigid bodies."""
-    step, state = of.step, of.state
+    setup, step, state = of.setup, of.step, of.state
     motion = state.time_step(step.before, step.after)
     still = of.stiffening != 1.0 or (motion is not None and motion.from_rest)
-    force = of.setup.round_off / ROUND_OFF
+    force = setup.round_off / ROUND_OFF
     return contact_terms(
         step.constraints.contacts, state.bodies, step.after, force, step.active.nodes,
-        state.kept_contact.normal, still,
+        state.kept_contact.normal, still, setup.model.flow is not None,
     )  # fmt: skip
 
 

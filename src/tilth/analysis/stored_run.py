@@ -30,7 +30,7 @@ from tilth.output.folder import (
 )
 from tilth.output.history import Mark
 
-CHECKPOINT_FORMAT = 8
+CHECKPOINT_FORMAT = 9
 """Version of what a checkpoint contains."""
 
 _Seconds = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]

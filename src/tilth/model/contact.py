@@ -59,7 +59,8 @@ class Contact(Declared):
     tangential: Literal["smooth", "friction", "adhesion", "rough", "bonded"]
     """Shear resistance r against sliding: "smooth" (none), "friction" (r = `friction` p, up to a
     limit), "adhesion" (r = the limit, whatever p), "rough" (the soil's own shear strength, r = c +
-    p tan(phi), s_u of undrained clay) or "bonded" (no sliding at all).
+    p tan(phi), s_u of undrained clay) or "bonded" (no sliding at all). Friction of soil in which
+    water flows is that of p less the excess pore pressure.
     """
     friction: FrictionCoefficient | None = None
     """With "friction", required: the coefficient mu = tan(angle) [-], >= 0."""

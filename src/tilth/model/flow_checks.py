@@ -14,7 +14,6 @@ from tilth.model.problems import dotted, unknown_name
 from tilth.model.staging import loading_stages
 
 if TYPE_CHECKING:
-    from tilth.model.contact import Contact
     from tilth.model.declaration import Declaration
 
 SAME = 1e-9
@@ -126,11 +125,11 @@ def _not_yet(model: Declaration) -> Iterator[Problem]:
     if not moves and density is not None:
         what, remedy = "has no meaning without inertia", "leave it out"
         yield Problem("flow.density", what, remedy, density)
-    for key, contact in _contacts(model):
-        if contact is not None and contact.tangential in ("friction", "rough"):
-            what = f'tangential = "{contact.tangential}" cannot be computed together with [flow]'
-            remedy = 'choose "smooth", "adhesion" or "bonded"'
-            yield Problem(f"{key}.tangential", what, remedy, contact.tangential)
+    for i, pair in enumerate(model.contact_pairs):
+        if pair.contact.tangential in ("friction", "rough"):
+            key, law = f"contact_pairs[{i}].contact.tangential", pair.contact.tangential
+            what = "between two bodies it cannot be computed together with [flow]"
+            yield Problem(key, what, 'choose "smooth", "adhesion" or "bonded"', law)
 
 
 def _given_volume(model: Declaration) -> Iterator[Problem]:
@@ -145,17 +144,6 @@ def _given_volume(model: Declaration) -> Iterator[Problem]:
         what = "missing: an affine motion gives the volume of all soil, which no water can leave"
         remedy = "give the bulk modulus of the water, or a flow boundary where it is drained"
         yield Problem("flow.bulk_modulus", what, remedy)
-
-
-def _contacts(model: Declaration) -> Iterator[tuple[str, Contact | None]]:
-    """Yields all laws of contact with their keys."""
-    named: list[tuple[str, Any]] = []
-    for section in ("boundaries", "rigid_bodies", "contact_pairs"):
-        named += [(f"{section}[{i}]", each) for i, each in enumerate(getattr(model, section))]
-    for key, each in named:
-        yield f"{key}.contact", getattr(each, "contact", None)
-        for name, own in (getattr(each, "contact_with", None) or {}).items():
-            yield f"{key}.contact_with.{dotted((name,))}", own
 
 
 def flow_planes(model: Declaration) -> Iterator[tuple[str, PlaneFlowBoundary]]:

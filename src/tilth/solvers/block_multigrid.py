@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from tilth import _core
@@ -78,23 +80,27 @@ class BlockMultigrid:
         for column in border.columns:
             found = self._of_fields(self._own(Unknowns({**zeros, DISPLACEMENT: column})))
             self._solved.append(found)
-        product = np.stack([self._border_rows(border.rows, each) for each in self._solved], axis=1)
+        rows = border.rows_by_field()
+        product = np.stack([self._border_rows(rows, each) for each in self._solved], axis=1)
         try:
             self._inverse = np.asarray(np.linalg.inv(border.corner - product), dtype=np.float64)
         except np.linalg.LinAlgError as error:
             raise SolveFailed("the equations of the global unknowns are singular") from error
-        sizes, rows = [np.abs(each) for each in self._solved], np.abs(border.rows)
+        sizes = [np.abs(each) for each in self._solved]
+        rows = {name: np.abs(each) for name, each in rows.items()}
         cancels = np.stack([self._border_rows(rows, each) for each in sizes], axis=1)
         by = border.scale[:, None] * border.scale
         terms = float(((np.abs(border.corner) + cancels) / by).max())
         require_regular(self._inverse * by, terms, LARGEST_CONDITION)
 
-    def _border_rows(self, rows: Floats, own: Floats) -> Floats:
-        """Returns the products of rows (m, nodes, components) with unknowns of fields, (m,)."""
-        u = self._unknowns.at_owned(own)[DISPLACEMENT]
-        nodes = self._system.displacement.active
-        mine = nodes.owned
-        return total(nodes.comm, np.array([_core.inner(row[mine], u[mine]) for row in rows]))
+    def _border_rows(self, rows: Mapping[str, Floats], own: Floats) -> Floats:
+        """Returns the products of rows, see `Border`, with unknowns of fields, shape (m,)."""
+        nodes, values = self._system.displacement.active, self._unknowns.at_owned(own)
+        products = np.zeros(len(rows[DISPLACEMENT]))
+        for name, of_field in rows.items():
+            mine = self._system.matrix.fields[name].nodes.owned
+            products += [_core.inner(row[mine], values[name][mine]) for row in of_field]
+        return total(nodes.comm, products)
 
     def solve(self, right_side: Unknowns, tolerance: float) -> tuple[Unknowns, int]:
         """Returns the solution and the iterations.
@@ -139,7 +145,8 @@ class BlockMultigrid:
         if border is None:
             return correction
         of_border = self._unknowns.comm.gathered(residual[own:].copy())[-1]
-        step = self._inverse @ (of_border - self._border_rows(border.rows, correction))
+        product = self._border_rows(border.rows_by_field(), correction)
+        step = self._inverse @ (of_border - product)
         for share, solved in zip(step, self._solved, strict=True):
             correction = correction - share * solved
         return np.concatenate([correction, step[: None if len(residual) > own else 0]])

@@ -14,7 +14,7 @@ from collections.abc import Callable
 import numpy as np
 
 from tilth.algebra.border import Border
-from tilth.arrays import Floats, Integers
+from tilth.arrays import Floats
 from tilth.comm import norm
 from tilth.solvers.protocol import Matrix, SolveFailed, Solver
 from tilth.solvers.system import LinearSystem
@@ -52,29 +52,29 @@ def factorise_bordered(
     Raises:
         SolveFailed: if the matrix is singular or nearly so.
     """
-    return factorise_with_border(solver, system.matrix(), border, system.free)
+    columns, rows = (
+        part.reshape(border.unknowns, -1)[:, system.free] for part in (border.columns, border.rows)
+    )
+    return factorise_with_border(solver, system.matrix(), border, columns, rows)
 
 
 def factorise_with_border(
-    solver: Solver, matrix: Matrix, border: Border, place: Integers
+    solver: Solver, matrix: Matrix, border: Border, of_columns: Floats, of_rows: Floats
 ) -> Callable[[Floats], Floats]:
-    """As `factorise_bordered`, for a matrix A that may have unknowns of other fields, too.
+    """As `factorise_bordered`, for any n unknowns of A.
 
-    place: of each unknown of A in the columns and rows of the border, -1 of those of other fields,
-        shape (n,).
+    of_columns, of_rows: what the border has at these unknowns, shape (m, n).
     """
-    parts = (border.columns, border.rows, border.corner)
-    flat = (part.reshape(border.unknowns, -1)[:, place] for part in parts[:2])
-    of_columns, of_rows = (np.where(place >= 0, part, 0.0) for part in flat)
     whole = _bordered_matrix(matrix, of_columns, of_rows, border.corner)
     matrix, rows, columns = equilibrated(whole)
     solver.setup(matrix)
-    free, unknowns = len(place), border.unknowns
+    unknowns, free = of_columns.shape
     inverse = np.empty((unknowns, unknowns))  # of the Schur complement
     for k in range(unknowns):
         unit = np.zeros(free + unknowns)
         unit[free + k] = 1.0
         inverse[:, k] = solver.solve(unit).x[free:]
+    parts = (border.columns, border.rows, *border.others.values(), border.corner)
     known = all(bool(np.isfinite(part).all()) for part in parts)
     require_regular(inverse, 1.0 if known else math.nan, LARGEST_CONDITION)
     return lambda right_side: columns * solver.solve(rows * right_side).x

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 
 import numpy as np
@@ -91,10 +91,10 @@ class WholeMatrix:
             solver.setup(whole)
             solve = partial(_solution, solver)
         else:
-            place = np.full(count, -1)
-            number = self._unknowns.number[DISPLACEMENT].ravel()
-            place[number[number >= 0]] = np.flatnonzero(number >= 0)
-            solve = factorise_with_border(solver, whole, border.scaled(), place[order])
+            scaled = border.scaled()
+            columns = self._at_unknowns({DISPLACEMENT: scaled.columns})[:, order]
+            rows = self._at_unknowns(scaled.rows_by_field())[:, order]
+            solve = factorise_with_border(solver, whole, scaled, columns, rows)
             scale = np.concatenate([scale, 1.0 / border.scale])
             order = np.concatenate([order, np.arange(count, count + border.unknowns)])
 
@@ -104,6 +104,14 @@ class WholeMatrix:
             return found
 
         return unscaled
+
+    def _at_unknowns(self, values: Mapping[str, Floats]) -> Floats:
+        """Returns values of fields (m, nodes, components) at the unknowns, shape (m, n)."""
+        found = np.zeros((len(values[DISPLACEMENT]), self._unknowns.count))
+        for name, each in values.items():
+            number = self._unknowns.number[name].ravel()
+            found[:, number[number >= 0]] = each.reshape(len(each), -1)[:, number >= 0]
+        return found
 
 
 def _solution(solver: Solver, right_side: Floats) -> Floats:

@@ -312,12 +312,16 @@ class Balance:
             return None
         columns, rows = (np.zeros((total, *x.u.shape)) for _ in range(2))
         corner = np.zeros((total, total))
+        others: dict[str, Floats] = {}
         for term, own in zip(self.terms, self._slices, strict=True):
             if isinstance(term, GlobalUnknowns):
                 border = term.border(x.u, x.globals[own])
                 columns[own], rows[own] = border.columns, border.rows
                 corner[own, own] = border.corner
-        return Border(columns, rows, corner, self.global_scale)
+                for name, of_other in border.others.items():
+                    shape = (total, *self.fields[name].shape)
+                    others.setdefault(name, np.zeros(shape))[own] = of_other
+        return Border(columns, rows, corner, self.global_scale, others)
 
     def round_off(self, x: Unknowns, fields: Iterable[Field]) -> float:
         """Returns the norm of the residual of fields that round-off may cause in stiff terms.

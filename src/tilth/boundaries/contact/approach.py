@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from tilth.arrays import Floats
-from tilth.boundaries.contact.constraint import Patches
+from tilth.boundaries.contact.patches import Patches
 
 LEAST_COSINE = 0.1
 """Least cosine between the force on a body and the normal where the body can come down on soil."""
@@ -37,8 +37,8 @@ def distance_to_soil(
     """
     nearest = np.inf
     for patch, motion in zip(patches, moved, strict=True):
-        response = patch.respond(patch.slips(still, motion))
-        if (response.closed & (patch.area > 0.0)).any():
+        closed = patch.law.holds(patch.trial(patch.slips(still, motion))[:, 0])
+        if (closed & (patch.area > 0.0)).any():
             return None
         towards = patch.part.pose.normal @ direction
         faces = (towards > LEAST_COSINE) & patch.active

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from tilth.arrays import Floats
-from tilth.boundaries.contact.constraint import Patches
 from tilth.boundaries.contact.law import ContactResponse
+from tilth.boundaries.contact.patches import Patches
 from tilth.mpm.pattern import Elements
 
 
@@ -20,11 +20,13 @@ class Evaluated:
 
     Attributes:
         slip: mean gaps and slips of its multipliers [length], shape (m, dim).
-        response: to them.
+        pore_pressure: mean excess pore pressures beside them [stress], shape (m,).
+        response: to all of them.
         moved: displacement of its points in the step [length], shape (n, dim).
     """
 
     slip: Floats
+    pore_pressure: Floats
     response: ContactResponse
     moved: Floats
 
@@ -68,6 +70,6 @@ class Evaluation:
         number, multiplier = best
         patch, surfaces = patches[number], list(self.surfaces)
         held = np.arange(patch.count) == multiplier
-        response = patch.respond(surfaces[number].slip, held)
+        response = patch.respond(surfaces[number].slip, surfaces[number].pore_pressure, held)
         surfaces[number] = replace(surfaces[number], response=response)
         return Evaluation(surfaces, self.unknowns, holds_one=True)

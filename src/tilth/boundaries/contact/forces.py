@@ -8,7 +8,8 @@ G^a = dD^a/dg its balance is
 
     -sum_k A G^a sigma^a - applied forces = 0,
 
-the derivative by m of the virtual work of the same tractions (docs/theory/contact.md).
+the derivative by m of the virtual work of the same tractions (docs/theory/contact.md). Where water
+flows, friction depends on the mean excess pore pressure of each patch as well.
 """
 
 from __future__ import annotations
@@ -18,21 +19,24 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from tilth import _core
+from tilth.algebra.block_matrix import BlockMatrix
 from tilth.algebra.border import Border
 from tilth.algebra.field import DISPLACEMENT
 from tilth.algebra.unknowns import Unknowns
 from tilth.arrays import Flags, Floats
 from tilth.boundaries.contact.approach import FIRST_OVERLAP, distance_to_soil
 from tilth.boundaries.contact.between_bodies import BodyContact
-from tilth.boundaries.contact.constraint import Patches, select_by_gaps
 from tilth.boundaries.contact.evaluation import Evaluated, Evaluation, Part
 from tilth.boundaries.contact.outcome import contact_outcome
+from tilth.boundaries.contact.patches import Patches, select_by_gaps
 from tilth.boundaries.contact.rigid_body import WEAK_SPRING, RigidBody
 from tilth.errors import StepFailed
 from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.pattern import Elements
 from tilth.terms.outcome import Outcome
+from tilth.terms.pore_water import PORE_PRESSURE
 from tilth.terms.protocol import Changes, GlobalUnknowns, Role
+from tilth.terms.space import ElementBlocks
 
 LARGEST_MEAN_GAP = 1e-4
 """Greatest mean gap of a multiplier in contact at the end of a step, in cells."""
@@ -89,12 +93,15 @@ class AssembledContact(GlobalUnknowns):
         force: float,
         active: ActiveGrid,
         normal_before: float | None,
+        with_water: Sequence[ElementBlocks | None],
     ) -> None:
         self.name = name
         self.label = f"contact with {name!r}"
         self.body = body
         self._patches, self._elements = patches, elements
         self._after, self._active, self._normal_before = after, active, normal_before
+        self._with_water = with_water  # places of the derivatives by the pore pressure
+        self._water: Floats | None = None  # excess pore pressure of the nodes, (nodes, 1)
         between = any(isinstance(patch.part, BodyContact) for patch in patches)
         self.role = Role.BETWEEN_BODIES if between else Role.CONTACT
         self.scale = np.zeros(0) if body is None else body.scale
@@ -131,8 +138,11 @@ class AssembledContact(GlobalUnknowns):
         for patch in self._patches:
             moved = self._moved(patch, unknowns)
             slip = patch.slips(displacement, moved)
+            pore_pressure = np.zeros(patch.count)
+            if self._water is not None:
+                pore_pressure = patch.pore_pressure(self._water)
             respond = patch.respond_at_guess if self._is_guessed else patch.respond
-            found.append(Evaluated(slip, respond(slip), moved))
+            found.append(Evaluated(slip, pore_pressure, respond(slip, pore_pressure), moved))
         evaluation = Evaluation(found, unknowns.copy())
         return evaluation.holding(self._patches) if self._may_hold else evaluation
 
@@ -200,6 +210,11 @@ class AssembledContact(GlobalUnknowns):
         still = np.zeros((self._active.nodes, self._active.grid.dim))
         return distance_to_soil(self._patches, moved, still, direction, of_patch)
 
+    def evaluate(self, x: Unknowns) -> Unknowns:
+        """As `AssembledTerm.evaluate`."""
+        self._water = x.of.get(PORE_PRESSURE)
+        return super().evaluate(x)
+
     def forces(self, displacement: Floats, unknowns: Floats) -> tuple[Floats, Floats]:
         """As `GlobalUnknowns.forces`."""
         self._at = self._evaluate(displacement, unknowns)
@@ -244,6 +259,13 @@ class AssembledContact(GlobalUnknowns):
             for column, row in zip(patch.columns(each.response), patch.row, strict=True):
                 _core.add_outer_blocks(elements, column, np.ascontiguousarray(row), blocks)
 
+    def assemble(self, x: Unknowns, matrix: BlockMatrix) -> None:
+        """As `AssembledTerm.assemble`."""
+        super().assemble(x, matrix)
+        for (patch, _, each), blocks in zip(self._each(), self._with_water, strict=True):
+            if blocks is not None:
+                blocks.add(matrix, patch.by_pore_pressure(each.response))
+
     def linearised(self) -> None:
         """As `AssembledTerm.linearised`: sliding may not turn round before the next one."""
         self._linearisations += 1
@@ -256,7 +278,7 @@ class AssembledContact(GlobalUnknowns):
         """As `GlobalUnknowns.border`."""
         count = len(self.scale)
         columns, rows = (np.zeros((count, *displacement.shape)) for _ in range(2))
-        corner = np.diag(self._weak)
+        corner, of_water = np.diag(self._weak), np.zeros((count, len(displacement), 1))
         if self.body is None or count == 0:
             return Border(columns, rows, corner, self.scale)
         increments = self._increments(unknowns)
@@ -269,10 +291,15 @@ class AssembledContact(GlobalUnknowns):
             for j in range(count):
                 _core.add_element_forces(elements, -patch.entry_force(right[j]), columns[j])
                 _core.add_element_forces(elements, -patch.entry_force(left[j]), rows[j])
+            by_water = np.einsum("jka,ka->jk", lever, each.response.by_pore_pressure)
+            for j in range(count):
+                of_entry = patch.value * by_water[j, patch.entry_multiplier]
+                of_water[j, :, 0] -= np.bincount(patch.node, of_entry, len(displacement))
             corner += np.einsum("k,ika,jka->ij", patch.area, lever, right)
             force = patch.weight[:, None] * patch.distribute(each.response.traction)
             corner += self.body.geometric_stiffness(increments, patch.part.pose.position, force)
-        return Border(columns, rows, corner, self.scale)
+        others = {} if self._water is None else {PORE_PRESSURE: of_water}
+        return Border(columns, rows, corner, self.scale, others)
 
     def constant_force(self) -> Floats:
         """As `AssembledTerm.constant_force`: at zero displacement."""
@@ -377,7 +404,7 @@ class AssembledContact(GlobalUnknowns):
                 changed = True
         if self._moves_with_inertia and self._revisions < MAXIMUM_RENEWALS:
             for patch, _, each in self._each():
-                changed |= patch.renew_strength(each.slip)
+                changed |= patch.renew_strength(each.slip, each.pore_pressure)
         if self._is_fixed and self._change_fixed():
             changed = True
         if changed:
@@ -413,7 +440,8 @@ class AssembledContact(GlobalUnknowns):
             # what is tolerated in a small patch must not act on its traction in the next step
             tolerated = np.where(self._is_small(patch), each.slip[:, 0], 0.0)
             gap = patch.gaps(x.u, each.moved) - np.where(closed, tolerated[multiplier], 0.0)
-            patch.part.store(traction, closed, gap + patch.left)
+            pore_pressure = each.pore_pressure[multiplier]
+            patch.part.store(traction, closed, gap + patch.left, pore_pressure)
         if self.body is not None:
             force, moment = self.body_force(x.u)
             self.body.commit(self._at.unknowns, force, moment[2:] if dim == 2 else moment)

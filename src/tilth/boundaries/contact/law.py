@@ -8,15 +8,16 @@ With the trial tractions s_n = lambda_n + e_n g and s_t = lambda_t + e_t w_t, te
     slip     tau = r s_t / |s_t|
 
 Without contact both are zero (docs/theory/contact.md; Coulomb friction as in Wriggers,
-Computational Contact Mechanics, 2006). Newton's iteration is semi-smooth: an active-set method
-(Hueber & Wohlmuth 2005). Where slip would turn round from one linearisation to the next the
-multiplier sticks first: with stiff tractions the iteration would otherwise alternate between both
-directions.
+Computational Contact Mechanics, 2006). Of p, friction has the part that the soil's skeleton bears:
+without the excess pore pressure pi beside the surface, so that c - mu pi stands in place of c.
+Newton's iteration is semi-smooth: an active-set method (Hueber & Wohlmuth 2005). Where slip would
+turn round from one linearisation to the next the multiplier sticks first: with stiff tractions the
+iteration would otherwise alternate between both directions.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -70,6 +71,10 @@ class ContactLaw:
         """Returns which are in contact at trial normal tractions [stress], shape (m,)."""
         return self.bilateral | (normal <= self.tension)
 
+    def under(self, pore_pressure: Floats) -> ContactLaw:
+        """Returns the law beside soil with these excess pore pressures pi [stress], shape (m,)."""
+        return replace(self, cohesion=self.cohesion - self.friction * pore_pressure)
+
     def strength(self, pressure: Floats) -> tuple[Floats, Floats]:
         """Returns the shear strength r [stress] and its derivative by the pressure [-], (m,) each.
 
@@ -93,6 +98,7 @@ class ContactResponse:
     Attributes:
         traction: sigma and tau, as internal forces of the soil [stress], shape (m, dim).
         derivative: by the mean gap and slips [stress/length], shape (m, dim, dim).
+        by_pore_pressure: derivative of the traction by the excess pore pressure [-], (m, dim).
         closed: whether there is contact, shape (m,).
         slip: direction of the shear traction where the shear strength is reached, unit vectors,
             shape (m, dim - 1); zero elsewhere.
@@ -102,6 +108,7 @@ class ContactResponse:
 
     traction: Floats
     derivative: Floats
+    by_pore_pressure: Floats
     closed: Flags
     slip: Floats
     turned: Flags
@@ -168,4 +175,7 @@ def respond(
     derivative[:, 1:, 1:] = (factor * stiff_t)[:, None, None] * tangent
     derivative[:, 1:, 0] = -(slope * stiff_n)[:, None] * direction
     derivative[~closed] = 0.0
-    return ContactResponse(traction, derivative, closed, direction, turned)
+    by_pore_pressure = np.zeros((count, dim))
+    by_friction = np.where(slope == law.friction, slope, 0.0)  # not by a limit
+    by_pore_pressure[:, 1:] = -by_friction[:, None] * direction
+    return ContactResponse(traction, derivative, by_pore_pressure, closed, direction, turned)

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from tilth.arrays import Floats
-from tilth.boundaries.contact.constraint import Patches
 from tilth.boundaries.contact.law import ContactResponse
+from tilth.boundaries.contact.patches import Patches
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ def slip_work(
     total = friction = gaps = normal = 0.0
     for patch, end, response in parts:
         before, sliding = scale * patch.before, response.sliding
-        strength = patch.law.strength(-before[:, 0])[0]
+        strength = patch.law_before.strength(-before[:, 0])[0]
         before[sliding, 1:] = strength[sliding, None] * response.slip[sliding]
         mean = 0.5 * (before + response.traction)
         work = patch.area * (mean[:, 1:] * end[:, 1:]).sum(axis=1)

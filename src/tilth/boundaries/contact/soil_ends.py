@@ -114,7 +114,8 @@ def _presses(part: ContactConstraint) -> Flags:
     normal, traction, position = part.pose.normal, part.before, part.pose.position
     pressed = np.einsum("ni,ni->n", normal, traction)
     shear = np.linalg.norm(traction - pressed[:, None] * normal, axis=1)
-    slides = first_slip(part.law, np.stack([pressed, shear], axis=1)).any(axis=1)
+    law = part.law.under(part.pore_pressure)
+    slides = first_slip(law, np.stack([pressed, shear], axis=1)).any(axis=1)
     found = np.zeros(len(pressed), dtype=bool)
     reach = AROUND * float(part.at.size.min())
     tree = cKDTree(position)

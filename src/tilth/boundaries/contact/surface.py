@@ -2,9 +2,9 @@
 """The surface of a boundary or rigid body that soil can separate from and slide on.
 
 Its quadrature points are those of an implicit boundary. Each stores its traction for the next step,
-whether it is in contact, its gap at the end of the step, and the gap that was measured there when
-it last was in contact: where the soil's surface is known only to a part of the points' spacing,
-this is the zero of later gaps.
+whether it is in contact, its gap at the end of the step, the gap that was measured there when it
+last was in contact (where the soil's surface is known only to a part of the points' spacing, this
+is the zero of later gaps), and the excess pore pressure beside it.
 """
 
 from __future__ import annotations
@@ -52,8 +52,11 @@ NEVER, OPEN, AWAY = 0.0, -1.0, -2.0
 """Stored states besides 1, in contact: never near soil; near it without contact at the end of the
 last step; near it earlier."""
 
-NUMBERS = 4
+NUMBERS = 5
 """What each point carries besides its traction."""
+
+PORE_PRESSURE = 4
+"""Place of the excess pore pressure among them."""
 
 LOST = 0.25
 """Measured gap in cells beyond which a point that was in contact has lost it: twice the scatter of
@@ -100,8 +103,9 @@ class CarriedContact:
         cell: the smallest edge of a cell [length].
         full: whether the soil touches all of the surface at the start.
         carried: of each point the traction [stress], its state (1 in contact, or `NEVER`, `OPEN`,
-            `AWAY`), the zero of its measured gaps, its gap, and the measured gap at which contact
-            closed [length], shape (n, dim + NUMBERS).
+            `AWAY`), the zero of its measured gaps, its gap, the measured gap at which contact
+            closed [length], and the excess pore pressure that friction had [stress], shape
+            (n, dim + NUMBERS).
     """
 
     name: str
@@ -175,11 +179,13 @@ class CarriedContact:
         measured: Floats,
         touch: Touch,
         gap: Floats,
+        pore_pressure: Floats,
     ) -> None:
         """Stores tractions (n, dim) of points in contact, in the reference configuration's frame.
 
         closed: whether in contact at the end of the step, shape (n,). measured: gaps at its start
         [length], shape (n,). touch: contact at its start. gap: at its end [length], shape (n,).
+        pore_pressure: excess at its end [stress], shape (n,).
         """
         dim = self.carried.shape[1] - NUMBERS
         stored = np.zeros_like(self.carried)
@@ -194,6 +200,7 @@ class CarriedContact:
         stored[chosen, dim + 2] = np.where(closed, np.clip(gap, -largest, largest), gap)
         closing = np.where(touch.closed, measured - touch.moved, measured - touch.gap)
         stored[chosen, dim + 3] = np.where(closed, closing, 0.0)
+        stored[chosen, dim + PORE_PRESSURE] = np.where(closed, pore_pressure, 0.0)
         self.carried = stored
 
 
@@ -303,7 +310,7 @@ class ContactSurface(CarriedContact, Implicit):
         nowhere, none = np.zeros(0, dtype=np.int64), np.zeros(0)
         touch = Touch(none > 0.0, none, none, none, none)
         traction = np.zeros((0, self._columns - NUMBERS))
-        self.store(nowhere, traction, touch.closed, none, touch, none)
+        self.store(nowhere, traction, touch.closed, none, touch, none, none)
 
     def law(
         self, points: MaterialPoints, point: Integers, cohesion: Floats, slope: Floats
