@@ -18,7 +18,7 @@ from tilth.analysis.step_terms import TERMS
 from tilth.arrays import Flags, Floats, Integers
 from tilth.grid.keys import find_keys
 from tilth.mpm.points import MaterialPoints
-from tilth.mpm.pore_water import Permeability, PoreWater
+from tilth.mpm.pore_water import CONSTANT, Permeability, PoreWater
 from tilth.terms.pore_water import PORE_PRESSURE, WATER, Seepage, StoredWater, WaterInStep
 from tilth.terms.protocol import Term
 from tilth.terms.water_stabilisation import GhostPressure, Projection
@@ -37,7 +37,7 @@ class Pores:
 
     porosity: float = 0.5
     conductivity: float = 1.0
-    permeability: Permeability = Permeability.CONSTANT
+    permeability: Permeability = CONSTANT
     bulk_modulus: float = np.inf
     drained: Callable[[Floats], Flags] = lambda x: np.zeros(len(x), dtype=bool)
     stabilised: bool = True

@@ -96,6 +96,30 @@ WRONG: Mapping[str, tuple[Mapping[str, Any], str, str, str]] = {
     "permeability": (
         {"materials.clay.permeability": "kozeny"},
         "materials.clay.permeability", "not one of", "kozeny_carman"),
+    "no index": (
+        {"materials.clay.permeability": "taylor"},
+        "materials.clay.permeability_change_index", '"taylor" needs it', "give the number"),
+    "no exponent": (
+        {"materials.clay.permeability": "power"},
+        "materials.clay.permeability_exponent", '"power" needs it', "give the number"),
+    "index": (
+        {"materials.clay.permeability": "taylor",
+         "materials.clay.permeability_change_index": 0.0},
+        "materials.clay.permeability_change_index", "greater than zero", ""),
+    "exponent": (
+        {"materials.clay.permeability": "power", "materials.clay.permeability_exponent": -1.0},
+        "materials.clay.permeability_exponent", "greater than zero", ""),
+    "index of a constant": (
+        {"materials.clay.permeability_change_index": 0.5},
+        "materials.clay.permeability_change_index", 'permeability = "constant"', '"taylor"'),
+    "exponent of another law": (
+        {"materials.clay.permeability": "kozeny_carman",
+         "materials.clay.permeability_exponent": 4.0},
+        "materials.clay.permeability_exponent", 'permeability = "kozeny_carman"', '"power"'),
+    "index of soil without flow": (
+        {"materials.clay.hydraulic_conductivity": None, "materials.clay.porosity": None,
+         "materials.clay.permeability_change_index": 0.5},
+        "materials.clay.permeability_change_index", "no meaning without", "leave this out"),
     "watertight": (
         {"materials.clay.watertight": True},
         "materials.clay.hydraulic_conductivity", "watertight", "one of the two"),

@@ -14,7 +14,7 @@ from tilth.arrays import Floats
 from tilth.errors import Problem
 from tilth.model.base import Declared
 from tilth.model.davis import DavisForm
-from tilth.model.fields import Flag, NotNegative, Real
+from tilth.model.fields import Flag, NotNegative, Positive, Real
 from tilth.model.laws import EXCESS_PORE_PRESSURE, Law, laws
 from tilth.model.parameter_kinds import Kind, Values, is_reducible, reduced, stiffened
 from tilth.model.problems import reject, rejection
@@ -25,6 +25,10 @@ Columns = Mapping[str, Values]
 
 LARGEST_PRESSURE_RATIO = 1e6
 """Bulk modulus of the pore fluid, at most, as a multiple of Young's modulus."""
+
+
+_PERMEABILITIES = {"taylor": "permeability_change_index", "power": "permeability_exponent"}
+"""Laws of the permeability with a number -> its key."""
 
 
 @dataclass(frozen=True)
@@ -70,6 +74,8 @@ class AnyMaterial(Declared):
         "saturated_density": "density",
         "porosity": "dimensionless",
         "hydraulic_conductivity": "conductivity",
+        "permeability_change_index": "dimensionless",
+        "permeability_exponent": "dimensionless",
     }
     """What each entry with a number, and each parameter of the law in the core, is."""
     state_kinds: ClassVar[Mapping[str, Kind]] = {}
@@ -94,15 +100,27 @@ class AnyMaterial(Declared):
     """Hydraulic conductivity k [length / time], > 0: with it water flows through the material by
     Darcy's law, in a model with `[flow]`; if not given no water enters or leaves its pores there.
     """
-    permeability: Literal["constant", "kozeny_carman"] | None = None
-    """How the hydraulic conductivity changes with the porosity n: "constant", or "kozeny_carman",
-    in proportion to n^3 / (1 - n)^2; constant if not given.
+    permeability: Literal["constant", "kozeny_carman", "taylor", "power"] | None = None
+    """How the hydraulic conductivity k changes with the void ratio e = n / (1 - n), n the porosity:
+    "constant"; "kozeny_carman", k in proportion to n^3 / (1 - n)^2; "taylor",
+    log10(k / k0) = (e - e0) / C_k; or "power", k / k0 = (e / e0)^m. Constant if not given.
     """
+    permeability_change_index: Positive | None = None
+    """C_k of permeability = "taylor" [-], > 0: change of the void ratio over which the conductivity
+    changes tenfold; about e0 / 2 for many soft clays.
+    """
+    permeability_exponent: Positive | None = None
+    """Exponent m of permeability = "power" [-], > 0."""
 
     @property
     def conducts_water(self) -> bool:
         """Whether water flows through it, in a model with `[flow]`."""
         return self.hydraulic_conductivity is not None
+
+    @property
+    def permeability_parameter(self) -> float:
+        """The number of the law of the permeability; 0 of laws without one."""
+        return self.permeability_change_index or self.permeability_exponent or 0.0
 
     @property
     def keeps_water(self) -> bool:
@@ -129,13 +147,16 @@ class AnyMaterial(Declared):
     @model_validator(mode="after")
     def _pores_fit_together(self) -> Any:
         problems = []
-        for key, value in (("porosity", self.porosity), ("permeability", self.permeability)):
+        for key in ("porosity", "permeability", *_PERMEABILITIES.values()):
+            value = getattr(self, key)
             if value is not None and not self.conducts_water:
                 what = "has no meaning without `hydraulic_conductivity`"
                 problems.append(Problem(key, what, "give it, or leave this out", value))
         if self.conducts_water and self.porosity is None:
             remedy = "give the volume of the pores over the whole volume, such as porosity = 0.4"
             problems.append(Problem("porosity", "missing: water flows through the pores", remedy))
+        if self.conducts_water:
+            problems += self._permeability_problems()
         if self.conducts_water and self.watertight:
             what, remedy = "is given for a watertight material", "leave out one of the two"
             value = self.hydraulic_conductivity
@@ -143,6 +164,18 @@ class AnyMaterial(Declared):
         if problems:
             raise rejection(problems)
         return self
+
+    def _permeability_problems(self) -> Iterator[Problem]:
+        """Yields what the law of the permeability lacks, and what another one would need."""
+        chosen = self.permeability or "constant"
+        for law, key in _PERMEABILITIES.items():
+            value = getattr(self, key)
+            if value is None and law == chosen:
+                remedy = "give the number > 0 that was measured, or choose another law"
+                yield Problem(key, f'missing: permeability = "{law}" needs it', remedy)
+            elif value is not None and law != chosen:
+                what = f'has no meaning with permeability = "{chosen}"'
+                yield Problem(key, what, f'choose permeability = "{law}", or leave it out', value)
 
     @property
     def law(self) -> Law:

@@ -80,7 +80,9 @@ def initial_points(model: Model) -> MaterialPoints:
                     body=number,
                     layer=layer,
                     overlay=overlays[body.name],
-                    permeability=Permeability(material.permeability or "constant"),
+                    permeability=Permeability(
+                        material.permeability or "constant", material.permeability_parameter
+                    ),
                 )
             )
             begin += count

@@ -15,7 +15,7 @@ from tilth.arrays import Flags, Floats, Integers
 from tilth.bodies.corners import corner_signs, mean_half_edges, parallelepiped
 from tilth.model.laws import PLASTIC_STRAIN, Law
 from tilth.mpm.elastic_moduli import ElasticModuli
-from tilth.mpm.pore_water import POROSITY, Permeability
+from tilth.mpm.pore_water import CONSTANT, POROSITY, Permeability
 
 _Number = TypeVar("_Number", np.int64, np.float64)
 
@@ -61,7 +61,7 @@ class PointRange:
     wet_density: float | None = None
     keeps_water: bool = True
     overlay: int = 0
-    permeability: Permeability = Permeability.CONSTANT
+    permeability: Permeability = CONSTANT
 
     @property
     def points(self) -> slice:

@@ -15,9 +15,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import Enum
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -32,11 +31,38 @@ VELOCITY = 4
 """The first of its columns with the velocity of the flow, one for each direction."""
 
 
-class Permeability(Enum):
-    """How the conductivity changes with the porosity."""
+@dataclass(frozen=True)
+class Permeability:
+    """How the conductivity changes with the void ratio e = n / (1 - n).
 
-    CONSTANT = "constant"
-    KOZENY_CARMAN = "kozeny_carman"
+    Attributes:
+        law: its name.
+        parameter: C_k of Taylor's law, the exponent of the power law [-], > 0; others have none.
+    """
+
+    law: Literal["constant", "kozeny_carman", "taylor", "power"] = "constant"
+    parameter: float = 0.0
+
+    def relative(self, void_ratio: Floats, initial: Floats) -> tuple[Floats, Floats]:
+        """Returns kappa over that at the start, and d ln kappa / de, shape (n,) each.
+
+        Kozeny (1927) and Carman (1937): kappa ~ n^3 / (1 - n)^2 = e^3 / (1 + e). Taylor (1948):
+        log10 kappa ~ e / C_k. Power law: kappa ~ e^m (Somogyi 1980).
+
+        void_ratio, initial: now and at the start [-], > 0, shape (n,).
+        """
+        e, e0, parameter = void_ratio, initial, self.parameter
+        if self.law == "kozeny_carman":
+            return (e / e0) ** 3 * (1.0 + e0) / (1.0 + e), 3.0 / e - 1.0 / (1.0 + e)
+        if self.law == "taylor":
+            return 10.0 ** ((e - e0) / parameter), np.full_like(e, np.log(10.0) / parameter)
+        if self.law == "power":
+            return (e / e0) ** parameter, parameter / e
+        return np.ones_like(e), np.zeros_like(e)
+
+
+CONSTANT = Permeability()
+"""A conductivity that does not change."""
 
 
 @dataclass(frozen=True)
@@ -85,19 +111,15 @@ class PoreWater:
         return compressed, pores * compressed / self.bulk_modulus
 
     def conductivities(self, jacobian: Floats) -> tuple[Floats, Floats]:
-        """Returns kappa and J times its derivative by J, shape (n,) each.
-
-        Kozeny (1927) and Carman (1937): kappa ~ n^3 / (1 - n)^2.
-        """
+        """Returns kappa and J times its derivative by J, shape (n,) each; e = J (1 + e0) - 1."""
         conductivity, change = self.conductivity.copy(), np.zeros_like(self.conductivity)
         for own, law in self.permeabilities:
-            if law is Permeability.CONSTANT or not self.wet[own].any():
+            if law.law == "constant" or not self.wet[own].any():
                 continue
-            grains = (1.0 - self.porosity[own]) / jacobian[own]
-            porosity = 1.0 - grains
-            ratio = (porosity / self.porosity[own]) ** 3
-            conductivity[own] *= ratio * ((1.0 - self.porosity[own]) / grains) ** 2
-            change[own] = conductivity[own] * (3.0 / porosity + 2.0 / grains) * grains
+            volume = 1.0 / (1.0 - self.porosity[own])  # 1 + e0
+            ratio, slope = law.relative(jacobian[own] * volume - 1.0, volume - 1.0)
+            conductivity[own] *= ratio
+            change[own] = conductivity[own] * slope * jacobian[own] * volume
         return conductivity, change
 
 

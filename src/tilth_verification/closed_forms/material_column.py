@@ -145,3 +145,16 @@ def kozeny_carman(conductivity: float, porosity: float) -> Law:
         return np.asarray(conductivity * ratio)
 
     return of
+
+
+def taylor(conductivity: float, porosity: float, index: float) -> Law:
+    """Returns log10 kappa ~ e / C_k, 1 + e = l / (1 - n0); porosity: n0. index: C_k."""
+    swelling = 1.0 / (1.0 - porosity)
+    return lambda stretch: np.asarray(conductivity * 10.0 ** ((stretch - 1.0) * swelling / index))
+
+
+def power_law(conductivity: float, porosity: float, exponent: float) -> Law:
+    """Returns kappa ~ e^m, e = l / (1 - n0) - 1; porosity: n0. exponent: m."""
+    return lambda stretch: np.asarray(
+        conductivity * ((stretch - 1.0 + porosity) / porosity) ** exponent
+    )
