@@ -365,7 +365,7 @@ def test_parts_of_surfaces_that_do_not_exist_are_refused() -> None:
 def test_what_has_no_meaning_is_refused() -> None:
     on_plane = {"type": "plane", "axis": "y", "at": 1.0}
     assert "flow.boundaries[0].flux" in problem(column(), {**on_plane, "flux": 1.0})
-    assert "flow.boundaries[0].condition" in problem(column(), {**on_plane, "condition": "flux"})
+    assert "flow.boundaries[0].flux" in problem(column(), {**on_plane, "condition": "flux"})
     for track, said in (
         ({"quantity": "discharge", "boundary": "foot"}, "track[0].boundary"),
         ({"quantity": "reaction", "boundary": "drain", "component": "y"}, "track[0].boundary"),

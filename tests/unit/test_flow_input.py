@@ -46,12 +46,12 @@ WRONG: Mapping[str, tuple[Mapping[str, Any], str, str, str]] = {
     "name of another": ({f"{DRAIN}.name": "left"}, f"{KEY}.name", "already the name", "different"),
     "type": ({f"{DRAIN}.type": "planes"}, f"{KEY}.type", "not one of", 'mean "plane"'),
     "condition": ({f"{DRAIN}.condition": "open"}, f"{KEY}.condition", "not one of", "drained"),
-    "flux on a plane": ({f"{DRAIN}.condition": "flux"}, f"{KEY}.condition", "not one of", ""),
+    "no flux": ({f"{DRAIN}.condition": "flux"}, f"{KEY}.flux", "missing", "give"),
     "no pressure": ({DRAIN: PRESSURE}, f"{KEY}.excess_pressure", "missing", "give"),
     "pressure of a drain": (
         {f"{DRAIN}.excess_pressure": 1.0}, f"{KEY}.excess_pressure", "no meaning", "pressure"),
-    "flux of a drain on a plane": (
-        {f"{DRAIN}.flux": 1.0}, f"{KEY}.flux", "unknown key", "known keys"),
+    "flux of a drain": (
+        {f"{DRAIN}.flux": 1.0}, f"{KEY}.flux", "no meaning", 'condition = "flux"'),
     "no head": (
         {**WET, DRAIN: {**PRESSURE, "condition": "head"}}, f"{KEY}.head", "missing", "give"),
     "head without water": (

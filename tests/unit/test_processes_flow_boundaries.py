@@ -18,6 +18,9 @@ from consolidating import with_flow
 from mpi_runs import all_positions
 from tilth.analysis.simulation import Simulation
 entries, flow = drained_all_over({kind!r})
+axis = "z" if {kind!r} == "3d" else "y"
+inside = {{"name": "inside", "type": "plane", "axis": axis, "at": 2.0}}
+flow.append({{**inside, "condition": "flux", "flux": 0.3}})
 entries["analysis"]["solver"] = {solver!r}
 simulation = Simulation(with_flow(entries, flow))
 simulation.locate(0.0)
@@ -37,7 +40,7 @@ result = [all_positions(simulation).tolist(), found]
 def test_processes_find_what_one_does(
     kind: str, processes: int, request: pytest.FixtureRequest
 ) -> None:
-    """A pressure on a plane of the grid, a flux on a geometry, a drained surface."""
+    """A pressure and a flux on planes of the grid, a flux on a geometry, a drained surface."""
     require_processes()
     tests = str(request.config.rootpath / "tests")
     found: list[Any] = [

@@ -9,10 +9,11 @@ import numpy as np
 
 from tilth.arrays import Flags, Floats, Integers
 from tilth.boundaries.nodal import Nodal
+from tilth.boundaries.plane_faces import faces_on_plane, wet_cells
 from tilth.boundaries.step.make import make_still
 from tilth.boundaries.surfaces.near_soil import NearSoil, find_near_soil
 from tilth.errors import BadInput
-from tilth.grid.keys import find_keys, lattice_keys
+from tilth.grid.keys import find_keys
 from tilth.model import (
     ImplicitFlowBoundary,
     Model,
@@ -24,7 +25,6 @@ from tilth.model.flow import UNSCALED, FlowBoundary
 from tilth.model.load_curve import LoadCurve
 from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
-from tilth.mpm.pore_water import POROSITY
 from tilth.mpm.quadrature import points_in_cells
 from tilth.mpm.water import PhreaticSurface
 from tilth.surface.parts import locate_part
@@ -38,7 +38,7 @@ from tilth.terms.surface_flow import FlowSurface, GivenFlux, GivenPressure
 class FlowBoundaries:
     """The flow boundaries that act in a stage of a model.
 
-    Where two planes meet, the later one counts.
+    Where two planes with pressures meet, the later one counts.
 
     Args:
         model: with flowing water.
@@ -51,11 +51,14 @@ class FlowBoundaries:
         assert model.flow is not None
         keys = model.flow_boundary_keys()
         self._planes: list[_OnPlane] = []
+        self._faces: list[_OnFaces] = []
         self._implicit: list[_OnGeometry] = []
         self._surfaces: list[_OnSurface] = []
         self._plane_of_nodes: Integers = np.zeros(0, dtype=np.int64)  # in the present step, else -1
         for each in model.flow.boundaries:
-            if isinstance(each, PlaneFlowBoundary):
+            if isinstance(each, PlaneFlowBoundary) and each.condition == "flux":
+                self._faces.append(_OnFaces(each, model))
+            elif isinstance(each, PlaneFlowBoundary):
                 self._planes.append(_OnPlane(each, model))
             elif isinstance(each, ImplicitFlowBoundary):
                 self._implicit.append(_OnGeometry(each, model, keys[each.name]))
@@ -107,6 +110,7 @@ class FlowBoundaries:
             each.term(water, each.part(active, of, before), after)
             for each, of in zip(self._implicit, near, strict=True)
         ]
+        found += [each.term(water, each.part(active), after) for each in self._faces]
         return found + [
             each.term(water, each.part(active, surfaces[each.body]), after)
             for each in self._surfaces
@@ -182,6 +186,18 @@ class _OnPlane(_Acting):
         self.nodes = _WetNodes(plane, model.dimension, self._curve)
 
 
+class _OnFaces(_Acting):
+    """A flux through the faces of cells on a plane."""
+
+    def __init__(self, declared: PlaneFlowBoundary, model: Model) -> None:
+        super().__init__(declared, model)
+        self._plane, self._axisymmetric = declared, model.analysis.kind == "axisymmetric"
+
+    def part(self, active: ActiveGrid) -> FlowSurface:
+        """Returns the faces with soil beside them at the start of the step."""
+        return faces_on_plane(self._plane, active, self._axisymmetric)
+
+
 class _OnGeometry(_Acting):
     """A condition on a geometry.
 
@@ -238,7 +254,4 @@ class _WetNodes(Nodal):
     """
 
     def _occupied(self, active: ActiveGrid) -> Integers:
-        points = active.points
-        wet = np.flatnonzero(points.water[:, POROSITY] > 0.0)
-        cell = np.floor(active.grid.in_cells(points.position[wet])).astype(np.int64)
-        return np.unique(lattice_keys(cell, points.overlays_of(wet)))
+        return wet_cells(active)

@@ -27,7 +27,11 @@ UNSCALED = ((0.0, 1.0),)
 class _FlowBoundary(Declared):
     name: CellName
     """Name of the flow boundary, different from those of boundaries and rigid bodies."""
-    condition: str
+    condition: Literal["drained", "pressure", "head", "flux"]
+    """One of "drained" (no excess pore pressure: water leaves and enters freely), "pressure" (the
+    excess pore pressure is given), "head" (the total head is given) and "flux" (what flows through
+    it is given). Where nothing is declared no water passes.
+    """
     excess_pressure: Real | None = None
     """With condition "pressure": excess over the water at rest at factor 1 [stress], compression
     positive.
@@ -35,6 +39,10 @@ class _FlowBoundary(Declared):
     head: Real | None = None
     """With condition "head": total head at factor 1, the elevation to which the water would rise
     in a pipe there [length], on the same axis as the level of `[water]`, which it needs.
+    """
+    flux: Real | None = None
+    """With condition "flux": volume of water per time and area that enters the soil at factor 1
+    [length / time]; negative if it leaves the soil.
     """
     factor: Table | None = None
     """Rows (time, factor) of the given pressure, head or flux, shape (n, 2); 1 if not given: unlike
@@ -45,14 +53,13 @@ class _FlowBoundary(Declared):
     def required_keys(cls, given: Mapping[str, Any]) -> set[str]:
         """As `Declared.required_keys`: the number that the condition needs."""
         needed = _VALUES.get(str(given.get("condition")))
-        own = {needed} if needed in cls.model_fields else set()
-        return super().required_keys(given) | own
+        return super().required_keys(given) | ({needed} if needed else set())
 
     @model_validator(mode="after")
     def _entries_fit_the_condition(self) -> Any:
         problems = []
         for condition, key in _VALUES.items():
-            value = getattr(self, key, None)
+            value = getattr(self, key)
             if value is not None and self.condition != condition:
                 what = f'has no meaning with condition = "{self.condition}"'
                 remedy = f'choose condition = "{condition}", or leave it out'
@@ -71,27 +78,14 @@ class _FlowBoundary(Declared):
         return 0.0 if key is None else float(getattr(self, key))
 
 
-class _WithFlux(_FlowBoundary):
-    condition: Literal["drained", "pressure", "head", "flux"]
-    """One of "drained" (no excess pore pressure: water leaves and enters freely), "pressure" (the
-    excess pore pressure is given), "head" (the total head is given) and "flux" (what flows through
-    it is given). Where nothing is declared no water passes.
-    """
-    flux: Real | None = None
-    """With condition "flux": volume of water per time and area that enters the soil at factor 1
-    [length / time]; negative if it leaves the soil.
-    """
-
-
 class PlaneFlowBoundary(_FlowBoundary):
-    """Pressure on the nodes of a grid line (2D) or grid plane (3D), which does not move."""
+    """Pressure on the nodes of a grid line (2D) or grid plane (3D), which does not move, or flux.
+
+    A flux enters the soil on each side of it, through the faces of the cells there in which points
+    of soil with flowing water are.
+    """
 
     type: Literal["plane"] = "plane"
-    condition: Literal["drained", "pressure", "head"]
-    """One of "drained" (no excess pore pressure: water leaves and enters freely), "pressure"
-    (the excess pore pressure is given) and "head" (the total head is given). For a "flux" give the
-    plane as an implicit geometry.
-    """
     axis: Axis
     """Axis normal to the line or plane."""
     at: Real
@@ -99,13 +93,8 @@ class PlaneFlowBoundary(_FlowBoundary):
     range: Ranges | None = None
     """Part with the condition, axis -> [least, greatest] coordinate [length]; all if not given."""
 
-    @classmethod
-    def required_keys(cls, given: Mapping[str, Any]) -> set[str]:
-        """As `Declared.required_keys`: a flux is refused by its condition."""
-        return super().required_keys(given) - {"flux"}
 
-
-class ImplicitFlowBoundary(_WithFlux):
+class ImplicitFlowBoundary(_FlowBoundary):
     """Pressure or flux on a geometry at any position in the grid, which does not move."""
 
     type: Literal["implicit"] = "implicit"
@@ -113,7 +102,7 @@ class ImplicitFlowBoundary(_WithFlux):
     """Its position, and the side of the soil."""
 
 
-class SurfaceFlowBoundary(_WithFlux):
+class SurfaceFlowBoundary(_FlowBoundary):
     """Pressure or flux on a body's surface or a part of it; the body needs a `surface`."""
 
     type: Literal["surface"] = "surface"

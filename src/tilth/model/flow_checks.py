@@ -42,6 +42,7 @@ def flow_problems(model: Declaration) -> Iterator[Problem]:
     yield from _weights(model)
     yield from _time(model)
     yield from _heads(model)
+    yield from _axis(model)
     yield from _surfaces(model)
     yield from _not_yet(model)
     yield from _given_volume(model)
@@ -87,6 +88,15 @@ def _heads(model: Declaration) -> Iterator[Problem]:
             what = "needs the water at rest, over which the excess pressure is"
             remedy = 'add [water] with its level, or choose condition = "pressure"'
             yield Problem(f"flow.boundaries[{i}].condition", what, remedy, "head")
+
+
+def _axis(model: Declaration) -> Iterator[Problem]:
+    """The axis of symmetry has no area."""
+    for key, plane in flow_planes(model):
+        on_axis = model.analysis.kind == "axisymmetric" and plane.axis == "x" and plane.at == 0.0
+        if on_axis and plane.condition == "flux":
+            what = "is the axis of symmetry, which has no area: no water flows through it"
+            yield Problem(f"{key}.at", what, "give a line at a radius > 0", plane.at)
 
 
 def _surfaces(model: Declaration) -> Iterator[Problem]:

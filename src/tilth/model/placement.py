@@ -56,7 +56,7 @@ def _lines_that_move(model: Declaration) -> Iterator[Problem]:
         if follow is not None and plane.axis in follow.axes:
             what = (
                 f"the grid follows {follow.boundary!r} along {plane.axis}, so its lines move away "
-                "from where the pressure is given"
+                "from where the pressure or flux is given"
             )
             yield Problem(key, what, 'make it one of type = "implicit"')
 
