@@ -19,6 +19,7 @@ from tilth.arrays import Flags, Floats, Integers
 from tilth.grid.keys import find_keys
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.pore_water import CONSTANT, Permeability, PoreWater
+from tilth.terms.backward_difference import BackwardDifference
 from tilth.terms.pore_water import PORE_PRESSURE, WATER, Seepage, StoredWater, WaterInStep
 from tilth.terms.protocol import Term
 from tilth.terms.water_stabilisation import GhostPressure, Projection
@@ -78,10 +79,11 @@ class Pores:
         """A maker of the terms of water."""
 
         def make(of: InStep) -> Any:
-            def keep(pressure: Floats) -> None:
+            def keep(pressure: Floats, before: Floats) -> None:
                 self.key, self.value = of.step.active.key.copy(), pressure.copy()
 
-            water = WaterInStep(of.soil, self.of(of.soil.points), of.step.size, keep)
+            formula = BackwardDifference(of.step.size)
+            water = WaterInStep(of.soil, self.of(of.soil.points), formula, keep)
             terms: list[Term] = [StoredWater(water), Seepage(water)]
             if self.stabilised:
                 terms += [Projection(water), GhostPressure(water, of.state.ghost.faces)]
@@ -102,12 +104,20 @@ def with_pores(model: Model, pores: Pores) -> Simulation:
     return simulation
 
 
-def with_flow(entries: dict[str, Any], boundaries: list[dict[str, Any]], **water: Any) -> Model:
+def with_flow(
+    entries: dict[str, Any],
+    boundaries: list[dict[str, Any]],
+    scheme: str = "backward_euler",
+    density: float | None = None,
+    **water: Any,
+) -> Model:
     """A model whose material has water in its pores, with the values of `Pores`, by the input.
 
-    water: further entries of the material; the unit weight is 1.
+    density: of the water. water: further entries of the material; the unit weight is 1.
     """
-    entries["flow"] = {"unit_weight": 1.0, "boundaries": boundaries}
+    entries["flow"] = {
+        "unit_weight": 1.0, "boundaries": boundaries, "scheme": scheme, "density": density,
+    }  # fmt: skip
     entries["units"] = {"time": "s", **entries.get("units", {})}
     own = {"porosity": 0.5, "hydraulic_conductivity": 1.0, **water}
     entries["materials"]["soil"] = {**entries["materials"]["soil"], **own}

@@ -284,11 +284,15 @@ def drained_all_over(kind: str) -> tuple[Any, list[Any]]:
     return entries, flow
 
 
+@pytest.mark.parametrize("scheme", ["backward_euler", "bdf2"])
 @pytest.mark.parametrize("kind", AREAS)
-def test_what_leaves_the_pores_leaves_through_the_boundaries(kind: str, tmp_path: Path) -> None:
+def test_what_leaves_the_pores_leaves_through_the_boundaries(
+    kind: str, scheme: str, tmp_path: Path
+) -> None:
     """At a settlement of 12 %, to the tolerance of Newton's iteration."""
     entries, flow = drained_all_over(kind)
-    result = run(with_flow(entries, flow), tmp_path / "whole", threads=1, quiet=True)
+    model = with_flow(entries, flow, scheme)
+    result = run(model, tmp_path / "whole", threads=1, quiet=True)
     history = {name.split(" [")[0]: column for name, column in result.history.items()}
     water, time = history["stored"], history["time"]
     rates = [history[f"discharge {each['name']}"] for each in flow]
@@ -301,10 +305,13 @@ def test_what_leaves_the_pores_leaves_through_the_boundaries(kind: str, tmp_path
         np.testing.assert_allclose(np.diff(volume), rate[1:] * np.diff(time), rtol=1e-12)
 
 
-def test_resumed_run_has_the_same_bits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("scheme", ["backward_euler", "bdf2"])
+def test_resumed_run_has_the_same_bits(
+    scheme: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The volumes that have left so far are in the checkpoint."""
     entries, flow = drained_all_over("plane_strain")
-    model = with_flow(entries, flow)
+    model = with_flow(entries, flow, scheme)
     whole, stopped = tmp_path / "whole", tmp_path / "stopped"
     run(model, whole, threads=1, quiet=True)
     run_in_pieces(model, stopped, [2], monkeypatch, [1])

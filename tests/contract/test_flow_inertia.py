@@ -53,11 +53,13 @@ def column(conductivity: float, depth: float, cell: float) -> dict[str, Any]:
     return entries
 
 
+@pytest.mark.parametrize("scheme", ["backward_euler", "bdf2"])
 @pytest.mark.parametrize("conductivity", [1e-3, 1e-2])
-def test_surface_of_a_saturated_half_space(conductivity: float) -> None:
+def test_surface_of_a_saturated_half_space(conductivity: float, scheme: str) -> None:
     """Within 1 %, on cells of a tenth of the length over which the load reaches in a period."""
     depth, cell = (4.0, 0.05) if conductivity < 5e-3 else (12.0, 0.15)
     entries = column(conductivity, depth, cell)
+    entries["flow"]["scheme"] = scheme
     simulation = Simulation(Model.from_dict(entries))
     found, times = {}, np.linspace(0.0, 0.2, 201)
     for before, after in pairwise(times):

@@ -44,10 +44,11 @@ def final_pressures(folder: Path) -> Any:
     return arrays["water"][np.argsort(arrays["point_id"]), PRESSURE]
 
 
+@pytest.mark.parametrize("scheme", ["backward_euler", "bdf2"])
 def test_a_resumed_run_gives_the_same_results(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    scheme: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    declared = staged(SHUT, OPEN, **{"flow.bulk_modulus": 1e5})
+    declared = staged(SHUT, OPEN, **{"flow.bulk_modulus": 1e5, "flow.scheme": scheme})
     run(declared, tmp_path / "whole", quiet=True)
     run_in_pieces(declared, tmp_path / "pieces", [1, 2, 4, 5], monkeypatch)
     assert_same_results(tmp_path / "whole", tmp_path / "pieces")

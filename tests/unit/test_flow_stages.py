@@ -77,9 +77,12 @@ def entries_of(kind: str = "plane_strain") -> dict[str, Any]:
     }  # fmt: skip
 
 
+@pytest.mark.parametrize("scheme", ["backward_euler", "bdf2"])
 @pytest.mark.parametrize("kind", KINDS)
-def test_water_in_stages(kind: str) -> None:
-    model = Model.from_dict(entries_of(kind))
+def test_water_in_stages(kind: str, scheme: str) -> None:
+    entries = entries_of(kind)
+    entries["flow"]["scheme"] = scheme
+    model = Model.from_dict(entries)
     analysis = StagedAnalysis(model)
     found: dict[str, Any] = {}
     volume: dict[str, float] = {}
@@ -104,9 +107,14 @@ def test_water_in_stages(kind: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("scheme", ["backward_euler", "bdf2"])
 @pytest.mark.parametrize("kind", KINDS)
-def test_resumed_after_any_step(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    model = Model.from_dict(entries_of(kind))
+def test_resumed_after_any_step(
+    kind: str, scheme: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    entries = entries_of(kind)
+    entries["flow"]["scheme"] = scheme
+    model = Model.from_dict(entries)
     run(model, tmp_path / "whole", quiet=True)
     run_in_pieces(model, tmp_path / "out", range(1, 11), monkeypatch)
     assert_same_results(tmp_path / "whole", tmp_path / "out")

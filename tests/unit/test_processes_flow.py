@@ -17,6 +17,7 @@ from test_flow_stages import *
 from tilth.analysis.gathering import collected
 entries = entries_of({kind!r})
 entries["analysis"]["solver"] = {solver!r}
+entries["flow"]["scheme"] = {scheme!r}
 analysis = StagedAnalysis(Model.from_dict(entries))
 analysis.begin()
 analysis.simulation.locate(0.0)
@@ -30,14 +31,16 @@ result = [points.displacement[number].tolist(), points.water[number].tolist()]
 
 
 @pytest.mark.parametrize("kind", ["plane_strain", "3d"])
-@pytest.mark.parametrize(("solver", "processes"), [("mumps", 2), ("multigrid", 3)])
+@pytest.mark.parametrize(
+    ("solver", "processes", "scheme"), [("mumps", 2, "backward_euler"), ("multigrid", 3, "bdf2")]
+)
 def test_processes_find_what_one_does(
-    kind: str, solver: str, processes: int, request: pytest.FixtureRequest
+    kind: str, solver: str, processes: int, scheme: str, request: pytest.FixtureRequest
 ) -> None:
     require_processes()
     tests = str(request.config.rootpath / "tests")
     one, other = (
-        run_python(SOURCE.format(tests=tests, kind=kind, solver=name), count)
+        run_python(SOURCE.format(tests=tests, kind=kind, solver=name, scheme=scheme), count)
         for name, count in (("superlu", 1), (solver, processes))
     )
     for alone, shared in zip(one, other, strict=True):

@@ -18,7 +18,8 @@ from tilth.grid.keys import find_keys
 from tilth.model import Model
 from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
-from tilth.mpm.pore_water import PRESSURE, PoreWater
+from tilth.mpm.pore_water import PRESSURE, PRESSURE_CHANGE, PoreWater
+from tilth.terms.backward_difference import BackwardDifference
 from tilth.terms.ghost import Faces
 from tilth.terms.inertia import Inertia
 from tilth.terms.pore_water import PORE_PRESSURE, WATER, Seepage, StoredWater, WaterInStep
@@ -35,6 +36,8 @@ SMALLEST_SHARE = 1e-12
 class PorePressure:
     """Has the excess pore pressure of the nodes; see `FieldOwner`.
 
+    With a scheme of order 2 it also has what changed in the last step.
+
     Args:
         model: with flowing water.
 
@@ -42,6 +45,7 @@ class PorePressure:
         name: of the field.
         key: of the nodes of the last step, shape (nodes,).
         value: their excess pore pressures [stress], shape (nodes, 1).
+        change: of these in that step, shape (nodes, 1); (0, 1) if the scheme does not need it.
         drained: water that has left through each of all flow boundaries since the start
             [length^dim], in axisymmetry of the full circle, shape (boundaries,).
     """
@@ -58,6 +62,11 @@ class PorePressure:
         self.drained: Floats = np.zeros(len(self._names))
         self.key: Integers = np.zeros(0, dtype=np.int64)
         self.value: Floats = np.zeros((0, 1))
+        self._second_order = model.flow.scheme == "bdf2"
+        self.change: Floats = np.zeros((0, 1))
+        self._last_size = 0.0  # 0: in this stage there was no step
+        self._last_outflow: Floats = np.zeros(len(self._names))
+        self._last_seepage = 0.0
 
     def in_step(self, of: InStep) -> Field:
         """As `FieldOwner.in_step`."""
@@ -67,7 +76,7 @@ class PorePressure:
         stabilised = self._stabilised(of, water)  # also nodes without soil
         wet |= stabilised
         wet = active.updated(wet)
-        start = active.updated(self._start(of, water, nodal))
+        start = active.updated(self._at_nodes(self.value, PRESSURE, of, water, nodal))
         given = GivenChange(np.zeros(start.shape, dtype=bool), np.zeros(start.shape))
         if self._flows:
             held, value = self._boundaries.on_nodes(active, of.step.after, stabilised)
@@ -76,26 +85,35 @@ class PorePressure:
 
     def terms(self, of: InStep, inertia: Inertia | None = None) -> Sequence[Term]:
         """Returns the terms of the water in a step; inertia: of the soil, None without."""
-        size = of.step.after - of.step.before
-        water = self._pores(of)
-        key = of.step.active.key
+        formula = self._formula(of.step.after - of.step.before)
+        water, active = self._pores(of), of.step.active
+        change: Floats | float = 0.0
+        if formula.ratio > 0.0:
+            nodal = of.soil.scatter((of.soil.points.volume * water.wet)[:, None])[:, 0]
+            found = self._at_nodes(self.change, PRESSURE_CHANGE, of, water, nodal)
+            change = active.updated(found)
 
-        def keep(pressure: Floats) -> None:
-            self.key, self.value = key.copy(), pressure.copy()
+        def keep(pressure: Floats, before: Floats) -> None:
+            self.key, self.value = active.key.copy(), pressure.copy()
+            if self._second_order:
+                self.change = pressure - before
 
-        here = WaterInStep(of.soil, water, size, keep, inertia, self._density)
-        found: list[Term] = [
+        here = WaterInStep(of.soil, water, formula, keep, change, inertia, self._density)
+        terms: list[Term] = [
             StoredWater(here), Seepage(here), Projection(here),
             GhostPressure(here, self._faces(of, water)),
             TiedPressure(here, self._stabilised(of, water)),
         ]  # fmt: skip
         if self._flows:
             surfaces = of.state.surfaces
-            found += self._boundaries.terms(here, surfaces, of.step.before, of.step.after)
-        return found
+            terms += self._boundaries.terms(here, surfaces, of.step.before, of.step.after)
+        return terms
 
     def with_discharge(self, result: StepResult, size: float) -> StepResult:
         """Returns the result of a step with what flows out through the planes; adds up all flow.
+
+        With order 2 what flows and what it dissipates in a step have w times that of the last one,
+        as the water that the pores take up.
 
         All processes call it after the step of this size [time] has converged.
         """
@@ -104,8 +122,15 @@ class PorePressure:
             reaction = result.equilibrium.reactions[PORE_PRESSURE]
             for name, nodal in self._boundaries.outflow_of_nodes(reaction).items():
                 outflow[name] = outflow_of(result.active, nodal)
-        self.drained = self.drained + [outflow.get(name, 0.0) for name in self._names]
-        return replace(result, outflow=outflow, size=size)
+        seepage = result.seepage_work
+        if (carried := self._formula(size).of_last_change) > 0.0:
+            for name, last in zip(self._names, self._last_outflow, strict=True):
+                outflow[name] = outflow.get(name, 0.0) + carried * float(last)
+            seepage += carried * self._last_seepage
+        self._last_outflow = np.array([outflow.get(name, 0.0) for name in self._names])
+        self._last_seepage, self._last_size = seepage, size
+        self.drained = self.drained + self._last_outflow
+        return replace(result, outflow=outflow, size=size, seepage_work=seepage)
 
     def drained_through(self, name: str) -> float:
         """Returns the water that has left through a flow boundary since the start."""
@@ -121,6 +146,10 @@ class PorePressure:
         self.drained = last.drained
         if same_grid:
             self.key, self.value = last.key, last.value
+
+    def _formula(self, size: float) -> BackwardDifference:
+        """Returns that of a step of a size [time] after the last one."""
+        return BackwardDifference.after(self._last_size if self._second_order else 0.0, size)
 
     def _pores(self, of: InStep) -> PoreWater:
         points = of.soil.points
@@ -144,18 +173,23 @@ class PorePressure:
             stabilised[faces.node] = True
         return active.updated(stabilised)
 
-    def _start(self, of: InStep, water: PoreWater, volume: Floats) -> Floats:
-        """Returns the pressure of the nodes at the start of the step, shape (nodes, 1).
+    def _at_nodes(
+        self, kept: Floats, column: int, of: InStep, water: PoreWater, volume: Floats
+    ) -> Floats:
+        """Returns what the nodes keep of the last step at those of this one, shape (nodes, 1).
 
         Nodes that are new have the mean of the points around, those without soil that of the other
         nodes of their faces.
+
+        kept: of the nodes of the last step. column: of the water of the points, with the same.
+        volume: of wet soil at the nodes, shape (nodes,).
         """
         active, points = of.step.active, of.soil.points
-        weight = points.volume * water.wet * points.water[:, PRESSURE]
+        weight = points.volume * water.wet * points.water[:, column]
         start = of.soil.scatter(weight[:, None]) / np.maximum(volume, 1e-300)[:, None]
         found = find_keys(self.key, active.key)
         known = found >= 0
-        start[known] = self.value[found[known]]
+        start[known] = kept[found[known]]
         known |= volume > 0.0
         for faces in self._faces(of, water):
             missing = ~known[faces.node]
@@ -168,16 +202,29 @@ class PorePressure:
 
     def rows(self) -> tuple[Integers, list[str]]:
         """As `KeyedRows.rows`."""
-        return self.key, ["key", "value"]
+        return self.key, ["key", "value", *(["change"] if self._second_order else [])]
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """As `Stateful.state`."""
-        return {"key": self.key, "value": self.value, "drained": self.drained}
+        found = {"key": self.key, "value": self.value, "drained": self.drained}
+        if self._second_order:
+            found["change"], found["last_outflow"] = self.change, self._last_outflow
+            found["last_size"] = np.array([self._last_size])
+            found["last_seepage"] = np.array([self._last_seepage])
+        return found
 
     def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
         """As `Stateful.restore`."""
-        if state["drained"].shape != self.drained.shape:
-            raise ValueError("'drained' is not of the declared flow boundaries")
-        require_table({name: state[name] for name in ("key", "value")}, increasing="key")
+        for name, array in state.items():
+            if name in ("drained", "last_outflow") and array.shape != self.drained.shape:
+                raise ValueError(f"{name!r} is not of the declared flow boundaries")
+            if name in ("last_size", "last_seepage") and array.shape != (1,):
+                raise ValueError(f"{name!r} is not a single number")
+        _, rows = self.rows()
+        require_table({name: state[name] for name in rows}, increasing="key")
         self.key, self.value = state["key"], state["value"]
         self.drained = state["drained"]
+        if self._second_order:
+            self.change, self._last_outflow = state["change"], state["last_outflow"]
+            self._last_size = float(state["last_size"][0])
+            self._last_seepage = float(state["last_seepage"][0])

@@ -158,5 +158,10 @@ class Flow(Declared):
     """Density of the water [mass / length^3], > 0; with `inertia`, which needs it: its own inertia
     holds the water back.
     """
+    scheme: Literal["backward_euler", "bdf2"] = "backward_euler"
+    """How the balance of water is integrated over time: "backward_euler" (of order 1, and monotone)
+    or "bdf2" (the backward difference formula of order 2, with steps of any size; backward Euler in
+    the first step of a stage, and in a step more than twice as long as the last one).
+    """
     boundaries: FlowBoundaryList = ()
     """Where the pressure or the flux is given, an entry [[flow.boundaries]] for each."""

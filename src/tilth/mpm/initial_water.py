@@ -28,7 +28,8 @@ def initial_water(model: Model, points: MaterialPoints) -> Floats:
     flow = model.flow
     if flow is None:
         return np.zeros((len(points), 0))
-    water = np.zeros((len(points), VELOCITY + model.dimension))
+    changes = 2 if flow.scheme == "bdf2" else 0
+    water = np.zeros((len(points), VELOCITY + model.dimension + changes))
     for range_ in points.ranges:
         material = model.materials[model.bodies[range_.body].materials[range_.layer]]
         if material.conducts_water:

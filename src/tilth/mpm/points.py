@@ -132,7 +132,8 @@ class MaterialPoints:
             (n, 0, dim) without inertia.
         water: of pores in which it flows: its volume per initial volume [-], its excess pressure
             [stress], the porosity [-] and the conductivity at the start [length^4/(force time)],
-            and the velocity q of the flow [length/time], shape (n, 4 + dim), zeros where no water
+            and the velocity q of the flow [length/time], shape (n, 4 + dim), with order 2 in time
+            the changes of the first two in the last step, (n, 6 + dim), zeros where no water
             enters; (n, 0) in a model without.
         varying: values of the material parameters that vary from place to place, by the keys of the
             case file, in the order of the permanent numbers, shape (n,); "not a number" where the

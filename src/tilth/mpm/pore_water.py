@@ -29,6 +29,13 @@ STORED, PRESSURE, POROSITY, CONDUCTIVITY = range(4)
 """Columns of `MaterialPoints.water`."""
 VELOCITY = 4
 """The first of its columns with the velocity of the flow, one for each direction."""
+STORED_CHANGE, PRESSURE_CHANGE = -2, -1
+"""Its last columns, if it keeps the changes of the two in the last step, see `keeps_changes`."""
+
+
+def keeps_changes(water: Floats, dim: int) -> bool:
+    """Returns whether water of points, as `MaterialPoints.water`, has the changes of a step."""
+    return int(water.shape[1]) > VELOCITY + dim
 
 
 @dataclass(frozen=True)

@@ -113,7 +113,8 @@ def darcy_velocity(points: MaterialPoints) -> Floats:
 
     That at the end of the last step; "not a number" where no water enters.
     """
-    return np.where(points.conducts[:, None], points.water[:, VELOCITY:], np.nan)
+    velocity = points.water[:, VELOCITY : VELOCITY + points.position.shape[1]]
+    return np.where(points.conducts[:, None], velocity, np.nan)
 
 
 def effective_stress(points: MaterialPoints) -> Floats:

@@ -66,7 +66,8 @@ class Work:
         integration: what the time integration dissipates.
         stabilisation: kinetic energy of the ghost mass.
         radiated: energy that leaves through absorbing boundaries less what comes in.
-        seepage: what flowing water dissipates, by the flow at the end of the step; not negative.
+        seepage: what flowing water dissipates, by the flow at the end of the step and the time for
+            which it counts, see `WaterInStep.size`; not negative.
     """
 
     surface: float = 0.0

@@ -7,7 +7,9 @@ water, in volume per step, takes the sign that makes the coupling symmetric:
     R_u = -sum_p V p D_a,      R_p = -sum_p [V0 N_a (zeta - zeta_n) + h V kappa grad N_a . grad p],
 
 D_a = grad N_a, in axisymmetry with N_a / r in the radial direction, h the size of the step
-(backward Euler). Nodes of pressure and displacement are the same: `water_stabilisation.py`.
+(backward Euler; with the formula of order 2 theta h, and changes less w times those of the last
+step, see `BackwardDifference`). Nodes of pressure and displacement are the same:
+`water_stabilisation.py`.
 Theory: docs/theory/consolidation.md.
 """
 
@@ -19,14 +21,24 @@ from functools import cached_property
 import numpy as np
 
 from tilth.algebra.block_matrix import BlockMatrix, Pair
-from tilth.algebra.field import DISPLACEMENT
+from tilth.algebra.field import DISPLACEMENT, Field
 from tilth.algebra.unknowns import Unknowns
 from tilth.arrays import Floats
 from tilth.errors import StepFailed
 from tilth.mpm.pattern import Elements
 from tilth.mpm.point_integrals import PointIntegrals
-from tilth.mpm.pore_water import PRESSURE, STORED, VELOCITY, PoreWater, WaterAt
+from tilth.mpm.pore_water import (
+    PRESSURE,
+    PRESSURE_CHANGE,
+    STORED,
+    STORED_CHANGE,
+    VELOCITY,
+    PoreWater,
+    WaterAt,
+    keeps_changes,
+)
 from tilth.mpm.soil import Soil
+from tilth.terms.backward_difference import BackwardDifference
 from tilth.terms.filled_cells import sums_in_cells
 from tilth.terms.inertia import Inertia
 from tilth.terms.outcome import Outcome, Work
@@ -51,12 +63,16 @@ class WaterInStep:
     Args:
         soil: on the grid of the step.
         water: pores and water of its points.
-        size: of the step [time].
-        keep: is told the nodal pressures at the end of the step, shape (nodes, 1).
+        formula: by which the step integrates.
+        keep: is told the nodal pressures at the end of the step, and at its start, (nodes, 1) each.
+        last_change: of the nodal pressures in the last step, shape (nodes, 1); 0 if the formula
+            does not need it.
         inertia: of the soil in the step; None without.
         density: of the water [mass/length^3], for its own inertia.
 
     Attributes:
+        size: theta h of the formula [time].
+        stored_before: what the stored water changes from, zeta_n + w (zeta_n - zeta_{n-1}), (n,).
         initial_volume: of the soil with water in its pores [length^dim], shape (n,); 0 elsewhere.
         conductivity: kappa at the start of the step, shape (n,).
         nodal_volume: sum_p S_ap V_p of that soil at the start of the step, shape (nodes,).
@@ -67,16 +83,22 @@ class WaterInStep:
         self,
         soil: Soil,
         water: PoreWater,
-        size: float,
-        keep: Callable[[Floats], None],
+        formula: BackwardDifference,
+        keep: Callable[[Floats, Floats], None],
+        last_change: Floats | float = 0.0,
         inertia: Inertia | None = None,
         density: float = 0.0,
     ) -> None:
         points = soil.points
         self._inertia, self._density = inertia, density
-        self.soil, self.water, self.size, self.keep = soil, water, size, keep
+        self.soil, self.water, self.formula, self.keep = soil, water, formula, keep
+        self.size = formula.of_rate
         self.integrals: PointIntegrals = soil.integrals
         self.before = points.water
+        self.stored_before: Floats = self.before[:, STORED].copy()
+        if formula.ratio > 0.0:
+            self.stored_before += formula.of_last_change * self.before[:, STORED_CHANGE]
+        self._last_change = last_change
         self.initial_volume = points.initial_volume * water.wet
         self.nodal_volume = self.nodal_sums(np.ones(len(points)))
         self._jacobian = np.linalg.det(points.deformation_gradient)
@@ -160,6 +182,10 @@ class WaterInStep:
         volume, total = sums_in_cells(self.soil, self.soil.points.volume * self.water.wet, value).T
         return volume, total / np.maximum(volume, 1e-300)
 
+    def pressure_before(self, field: Field) -> Floats:
+        """Returns what nodal pressures change from, p_n + w (p_n - p_{n-1}), shape (nodes, 1)."""
+        return np.asarray(field.first() + self.formula.of_last_change * self._last_change)
+
     @property
     def last(self) -> WaterAt:
         """The last evaluation."""
@@ -220,7 +246,7 @@ class _StoredWater(_OfWater):
         force = integrals.scattered_gradient(at.at_start(stress[:, None, None] * np.eye(at.dim)))
         if at.radius is not None:
             force[:, :1] += integrals.scattered((stress / at.radius)[:, None])
-        taken = water.initial_volume * (at.stored - water.before[:, STORED])
+        taken = water.initial_volume * (at.stored - water.stored_before)
         return Unknowns({DISPLACEMENT: force, PORE_PRESSURE: -integrals.scattered(taken[:, None])})
 
     def assemble(self, x: Unknowns, matrix: BlockMatrix) -> None:
@@ -251,7 +277,7 @@ class _StoredWater(_OfWater):
     def magnitude(self, x: Unknowns) -> Mapping[str, Floats]:
         """As `AssembledTerm.magnitude`: the water taken up is a difference of whole volumes."""
         water = self._water
-        volumes = water.initial_volume * (water.last.jacobian + water.before[:, STORED])
+        volumes = water.initial_volume * (water.last.jacobian + water.stored_before)
         return {PORE_PRESSURE: water.integrals.scattered(volumes[:, None])}
 
     def add_schur(self, x: Unknowns, schur: Mapping[str, Floats]) -> None:
@@ -272,11 +298,14 @@ class _StoredWater(_OfWater):
             return
         at, water = self._water.last, self._water.before
         wet = self._water.water.wet
-        water[:, STORED] = np.where(wet, at.stored, 0.0)
-        water[:, PRESSURE] = np.where(wet, at.pressure, 0.0)
+        stored, pressure = np.where(wet, at.stored, 0.0), np.where(wet, at.pressure, 0.0)
+        if keeps_changes(water, at.dim):
+            water[:, STORED_CHANGE] = stored - water[:, STORED]
+            water[:, PRESSURE_CHANGE] = pressure - water[:, PRESSURE]
+        water[:, STORED], water[:, PRESSURE] = stored, pressure
         conductivity, _ = self._water.water.conductivities(at.jacobian)
-        water[:, VELOCITY:] = -conductivity[:, None] * at.drive
-        self._water.keep(x[PORE_PRESSURE])
+        water[:, VELOCITY : VELOCITY + at.dim] = -conductivity[:, None] * at.drive
+        self._water.keep(x[PORE_PRESSURE], field.first())
 
 
 class _Seepage(_OfWater):
@@ -292,7 +321,7 @@ class _Seepage(_OfWater):
         return Unknowns({PORE_PRESSURE: -flow})
 
     def outcome(self, x: Unknowns) -> Outcome:
-        """As `AssembledTerm.outcome`: what the flow dissipates, h sum_p V kappa |grad p|^2."""
+        """As `AssembledTerm.outcome`: dissipated by the flow, theta h sum_p V kappa |grad p|^2."""
         work = self._water.soil.active.work(self.evaluate(x)[PORE_PRESSURE], x[PORE_PRESSURE])
         return Outcome(work=Work(seepage=-work))
 

@@ -80,7 +80,7 @@ class _ThroughSurface(OnElements):
 
     def __init__(self, name: str, water: WaterInStep, surface: FlowSurface) -> None:
         surface, self._mean, self._least = beside_water(water, surface)
-        super().__init__(surface.at.node[surface.at.cell])
+        super().__init__(surface.at.node[surface.at.cell], water)
         self.flow_boundary, self._size, self._surface = name, water.size, surface
 
     def _part(self, blocks: ElementBlocks) -> LinearPart:

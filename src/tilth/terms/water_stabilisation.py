@@ -39,6 +39,7 @@ class OnElements(Term):
 
     Args:
         node: of the elements, shape (elements, k).
+        water: of the step.
 
     Attributes:
         role, label: as those of a term.
@@ -49,8 +50,8 @@ class OnElements(Term):
     label: str
     flow_boundary = ""
 
-    def __init__(self, node: Shorts) -> None:
-        self._node = node
+    def __init__(self, node: Shorts, water: WaterInStep) -> None:
+        self._node, self._water = node, water
         self._coupled = Coupled(same_starts(node), node.ravel(), PORE_PRESSURE)
 
     @property
@@ -61,7 +62,7 @@ class OnElements(Term):
     def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledTerm:
         """As `Term.assembled`."""
         (blocks,) = space.blocks_of(self._coupled)
-        before = space.fields[PORE_PRESSURE].first()
+        before = self._water.pressure_before(space.fields[PORE_PRESSURE])
         part = self._part(blocks)
         return LinearInPressure(self.role, self.label, [part], before, self.flow_boundary)
 
@@ -77,7 +78,8 @@ class Projection(OnElements):
     covariance of the cell's functions over the whole cell, v the volume of soil in it (Dohrmann and
     Bochev 2004; White and Borja 2008; Zhao and Choo 2020). It moves no water out of a cell.
     tau = max(1/(2G), 3/M) - 12 kappa h / l^2, not negative, l the largest side of the cell: linear
-    elements need no less to be monotone in one direction, and nothing in longer steps.
+    elements need no less to be monotone in one direction, and nothing in longer steps. The second
+    part is a flow by the pressures of the start of the step: steps of order 2 are without it.
 
     Args:
         water: of the step.
@@ -87,12 +89,14 @@ class Projection(OnElements):
 
     def __init__(self, water: WaterInStep) -> None:
         active = water.soil.active
-        super().__init__(active.corners(np.asarray(_core.lattice(active.cell_keys))))
+        super().__init__(active.corners(np.asarray(_core.lattice(active.cell_keys))), water)
         side = active.grid.sizes(cell_places(active, active.cell_keys)).max(axis=1)
         volume, conductivity = water.in_cells(water.water.conductivity)
         softness = water.in_cells(water.softness)[1]
-        flow = 12.0 * water.size * conductivity / side**2
-        self._factor = np.maximum(softness - flow, 0.0) * volume
+        if water.formula.ratio == 0.0:
+            flow = 12.0 * water.size * conductivity / side**2
+            softness = np.maximum(softness - flow, 0.0)
+        self._factor = softness * volume
 
     def _part(self, blocks: ElementBlocks) -> LinearPart:
         """As `OnElements._part`."""
@@ -122,14 +126,13 @@ class GhostPressure(Term):
     """
 
     def __init__(self, water: WaterInStep, faces: Sequence[Faces]) -> None:
-        self._faces = faces
+        self._faces, self._water = faces, water
         self._volume = water.nodal_volume
         self._soft = water.nodal_sums(water.softness)
         flow = water.nodal_sums(water.water.conductivity)
         self._conductivity = np.where(
             self._volume > 0.0, flow / np.maximum(self._volume, 1e-300), np.inf
         )
-        self._size = water.size
         self._coupled = [
             Coupled(same_starts(each.node), each.node.ravel(), PORE_PRESSURE) for each in faces
         ]
@@ -141,7 +144,7 @@ class GhostPressure(Term):
 
     def assembled(self, space: Space, elements: Sequence[Elements]) -> AssembledTerm:
         """As `Term.assembled`."""
-        before = space.fields[PORE_PRESSURE].first()
+        before = self._water.pressure_before(space.fields[PORE_PRESSURE])
         parts = []
         for faces, coupled in zip(self._faces, self._coupled, strict=True):
             (blocks,) = space.blocks_of(coupled)
@@ -154,7 +157,7 @@ class GhostPressure(Term):
             parts.append(
                 LinearPart(
                     faces.node, blocks,
-                    of_value=(share * self._size * conductivity)[:, None, None] * unit,
+                    of_value=(share * self._water.size * conductivity)[:, None, None] * unit,
                     of_change=(share * stored)[:, None, None] * unit,
                 )
             )  # fmt: skip
@@ -180,7 +183,7 @@ class TiedPressure(OnElements):
     label = "tied pore pressures"
 
     def __init__(self, water: WaterInStep, stabilised: Flags) -> None:
-        active, self._size = water.soil.active, water.size
+        active = water.soil.active
         node = active.corners(np.asarray(_core.lattice(active.cell_keys)))
         size = active.grid.sizes(cell_places(active, active.cell_keys))
         ones = np.ones(len(water.before))
@@ -192,7 +195,7 @@ class TiedPressure(OnElements):
         hardly = (volume > 0.0) & (volume < HARDLY_WET * cell[:, None]) & ~stabilised[node]
         tied = hardly.any(axis=1) & (volume >= HARDLY_WET * cell[:, None]).any(axis=1)
         whole = TIE * cell[tied] / volume[tied].sum(axis=1)
-        super().__init__(node[tied])
+        super().__init__(node[tied], water)
         self._sides = size[tied]
         self._flow, self._soft = whole * flow[tied].sum(axis=1), whole * soft[tied].sum(axis=1)
 
@@ -209,7 +212,7 @@ class TiedPressure(OnElements):
         stored = self._soft * self._sides.max(axis=1) ** 2 / 12.0
         return LinearPart(
             self._node, blocks,
-            of_value=-(self._size * self._flow)[:, None, None] * unit,
+            of_value=-(self._water.size * self._flow)[:, None, None] * unit,
             of_change=-stored[:, None, None] * unit,
         )  # fmt: skip
 
@@ -221,8 +224,8 @@ class LinearPart:
     Attributes:
         node: their nodes, shape (elements, k).
         blocks: their places in the matrix.
-        of_value, of_change: matrices of the pressure and of its change in the step, shape
-            (elements, k, k); 0 if a number.
+        of_value, of_change: matrices of the pressure and of its change, shape (elements, k, k); 0
+            if a number.
         constant: without pressure, shape (elements, k, 1); 0 if a number.
     """
 
@@ -239,7 +242,7 @@ class LinearInPressure(AssembledTerm):
     Args:
         role, label: as those of a term.
         parts: the elements.
-        before: nodal pressures at the start of the step, shape (nodes, 1).
+        before: what nodal pressures change from, see `WaterInStep.pressure_before`, (nodes, 1).
         boundary: name of the flow boundary through which it is the flow, if it is one.
     """
 
