@@ -39,7 +39,13 @@ from tilth.plot.surroundings import draw_segments
 from tilth.plot.views import PlaneView, around
 from tilth.report.field_plots import draw_frames
 from tilth.report.setup_file import read_setup
-from tilth_verification import cam_clay_consolidation, large_consolidation, mandel, terzaghi
+from tilth_verification import (
+    cam_clay_consolidation,
+    large_consolidation,
+    mandel,
+    radial_drain,
+    terzaghi,
+)
 from tilth_verification.cases import varied
 from tilth_verification.cattaneo import FRICTION, normal_contact, tractions
 from tilth_verification.closed_forms.elastic_contact import Cattaneo
@@ -58,6 +64,7 @@ ISOCHRONES = {
     "terzaghi": (terzaghi.isochrone, 1, (273.75, 638.75, 1186.25, 1825.0, 3650.0)),
     "large_consolidation": (large_consolidation.isochrone, 1, (80.0, 240.0, 480.0, 800.0, 1600.0)),
     "mandel": (mandel.isochrone, 0, (2.0, 10.0, 40.0, 80.0, 150.0)),
+    "radial_drain": (radial_drain.isochrone, 0, (1.0, 2.5, 6.0, 12.0, 24.0)),
 }
 """Example -> reference, axis along which the pressure is drawn, times."""
 SAFETY = ("slope_strength_reduction", "infinite_slope")
@@ -343,6 +350,12 @@ def draw_isochrones(name: str) -> None:
     over.yaxis.label.set_color("#c1121f")
     other = over.twinx()
     other.plot(time, 100.0 * lost, color="#1d3557")
+    if name == "radial_drain":
+        barron = 100.0 * radial_drain.equal_strain(model, time)
+        other.plot(
+            time, barron, "--", color="#1d3557", linewidth=1.0, label="equal strain (Barron)"
+        )
+        other.legend(fontsize=8, frameon=False, loc="center right")
     other.set_ylabel("water that has left over the volume [%]", color="#1d3557")
     for axes in (along, over):
         axes.grid(color="0.9", linewidth=0.6)

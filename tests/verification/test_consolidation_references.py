@@ -16,6 +16,7 @@ from tilth_verification.closed_forms.material_column import (
     kozeny_carman,
 )
 from tilth_verification.closed_forms.radial_consolidation import PressedBall
+from tilth_verification.closed_forms.radial_drain import RadialDrain
 
 UNIT = Layer(1.0, 1.0, 1.0)
 
@@ -104,3 +105,47 @@ def test_cylinder_and_sphere(dim: int, time: float, centre: float) -> None:
     """The numbers are those of another computation, for the sphere by the Laplace transform."""
     assert PressedBall(dim, 0.2).pressure(0.0, time) == pytest.approx(centre, abs=1e-5)
     assert PressedBall(dim, 0.2).pressure(1.0, time) == pytest.approx(0.0, abs=1e-12)
+
+
+DRAIN_TIMES = (0.05, 0.1, 0.2, 0.5)
+
+
+@pytest.mark.parametrize(
+    ("ratio", "free", "equal"),
+    [
+        (5.0, [0.37517, 0.58062, 0.81105, 0.98272], [0.34762, 0.57440, 0.81886, 0.98604]),
+        (10.0, [0.24839, 0.41077, 0.63771, 0.91579], [0.22387, 0.39762, 0.63713, 0.92068]),
+    ],
+)
+def test_ring_around_a_drain(ratio: float, free: list[float], equal: list[float]) -> None:
+    drain = RadialDrain(ratio)
+    assert [drain.degree(time) for time in DRAIN_TIMES] == pytest.approx(free, abs=1e-5)
+    assert [drain.equal_strain(time) for time in DRAIN_TIMES] == pytest.approx(equal, abs=1e-5)
+    radius = np.linspace(1.0, ratio, 2001)
+    pressure = np.array([drain.pressure(r, 0.1) for r in radius])
+    assert pressure[0] == pytest.approx(0.0, abs=1e-12)
+    mean = 2.0 * np.trapezoid(pressure * radius, radius) / (ratio**2 - 1.0)
+    assert mean == pytest.approx(1.0 - drain.degree(0.1), abs=1e-6)
+
+
+def test_thin_ring_around_a_drain_is_a_layer() -> None:
+    """A ring ever thinner than its radius, where the water has the same way, knows no curvature."""
+    time, layer = 0.2, LayerOnDrain(UNIT)
+    differences = []
+    for thickness in (1e-2, 1e-3):
+        drain, scaled = (
+            RadialDrain(1.0 + thickness),
+            time * (thickness / (1.0 + thickness)) ** 2 / 4,
+        )
+        differences.append(drain.degree(scaled) - layer.settlement(time))
+        steps = [scaled / 10] * 10
+        of_steps = layer.settlement(time, [time / 10] * 10)
+        assert drain.degree(scaled, steps) == pytest.approx(of_steps, abs=0.2 * thickness)
+    assert abs(differences[0]) < 0.2 * 1e-2
+    assert differences[0] == pytest.approx(10.0 * differences[1], rel=0.05)
+
+
+def test_steps_around_a_drain_leave_an_error_of_first_order() -> None:
+    drain = RadialDrain(5.0)
+    errors = [drain.degree(0.1, [0.1 / n] * n) - drain.degree(0.1) for n in (100, 200)]
+    assert errors[0] == pytest.approx(2.0 * errors[1], rel=0.02)

@@ -26,6 +26,7 @@ FIRST = {
     "infinite_slope": 2,
     "large_consolidation": 6,
     "layered_cut": 2,
+    "radial_drain": 11,
     "rigid_footing_elastic": 3,
     "rigid_sphere": 1,
     "rolling_sphere": 2,
