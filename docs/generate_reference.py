@@ -58,6 +58,7 @@ TYPE_DESCRIPTIONS = {
     "Flag": "true or false",
     "Vector": "list of numbers",
     "CountVector": "list of whole numbers >= 1",
+    "Tensor": "list of numbers > 0, or a symmetric matrix",
     "PositivePerDirection": "number > 0, or a list of them",
     "CellSize": "number > 0, a list of them, or table axis = number or rows (place, size)",
     "CountPerDirection": "whole number >= 1, or a list of them",

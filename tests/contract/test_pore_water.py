@@ -40,6 +40,25 @@ def balance_in(simulation: Any, before: float, after: float) -> Balance:
     return found
 
 
+RATIOS = {2: ((3.0, 1.0), (1.0, 2.0)), 3: ((3.0, 1.0, 0.5), (1.0, 2.0, 0.0), (0.5, 0.0, 1.5))}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("basis", ["linear", "gimp"])
+def test_the_matrix_is_the_derivative_with_ratios(kind: str, basis: str) -> None:
+    """Conductivities of all directions, in soil that turned in the step before."""
+    directed = Permeability("kozeny_carman", 0.0, RATIOS[dimension(kind)])
+    simulation = with_pores(
+        Model.from_dict(block_entries(kind, basis, "hencky_elastic")), Pores(0.4, 0.3, directed)
+    )
+    points, dim = simulation.state.points, dimension(kind)
+    points.deformation_gradient[:, :2, :2] = np.array([[0.8, -0.6], [0.6, 0.8]])
+    assert not np.allclose(
+        simulation.state.points.deformation_gradient[:, :dim, :dim], np.eye(dim), atol=0.1
+    )
+    compare_with_differences(simulation)
+
+
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("basis", [*BASES, *CORNER_BASES])
 @pytest.mark.parametrize("change", PERMEABILITIES, ids=lambda each: each.law)
@@ -50,7 +69,10 @@ def test_the_matrix_is_the_derivative_of_all_residuals(
     """At large strain, after a step, with pressures that change from node to node."""
     entries = spaced(block_entries(kind, basis, "hencky_elastic"), "graded")
     pores = Pores(0.4, 0.3, change, bulk_modulus)
-    simulation = with_pores(Model.from_dict(entries), pores)
+    compare_with_differences(with_pores(Model.from_dict(entries), pores))
+
+
+def compare_with_differences(simulation: Any) -> None:
     balance = balance_in(simulation, 0.0, 1.0)
     random = np.random.default_rng(5)
     size = {"u": 3e-2, PORE_PRESSURE: 60.0}
@@ -123,6 +145,16 @@ def test_the_permeability_of_pores_that_close(
     found, by_jacobian = water.conductivities(np.full(3, 0.8))
     np.testing.assert_allclose(found, [2.0, 4.0 * ratio, 8.0 * ratio], rtol=1e-12)
     np.testing.assert_allclose(by_jacobian, [0.0, 4.0 * change, 8.0 * change], rtol=1e-12)
+
+
+def test_conductivities_turn_with_the_soil() -> None:
+    """A quarter turn exchanges them; stretching along the axes leaves them."""
+    law = Permeability("constant", 0.0, ((4.0, 0.0), (0.0, 1.0)))
+    water = PoreWater(np.full(3, 0.5), np.ones(3), [(slice(0, 2), law)])
+    turn, stretch = np.array([[0.0, -1.0], [1.0, 0.0]]), np.diag([1.5, 0.7])
+    found = water.ratios(np.stack([turn @ stretch, stretch, turn]))
+    expected = np.stack([np.diag([1.0, 4.0]), np.diag([4.0, 1.0]), np.eye(2)])
+    np.testing.assert_allclose(found, expected, atol=1e-14)
 
 
 CELLS = 12

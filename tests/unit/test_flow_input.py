@@ -97,6 +97,31 @@ WRONG: Mapping[str, tuple[Mapping[str, Any], str, str, str]] = {
     "permeability": (
         {"materials.clay.permeability": "kozeny"},
         "materials.clay.permeability", "not one of", "kozeny_carman"),
+    "ratios without conductivity": (
+        {"materials.clay.hydraulic_conductivity": None, "materials.clay.porosity": None,
+         "materials.clay.conductivity_ratios": [3.0, 1.0]},
+        "materials.clay.conductivity_ratios", "no meaning without", "leave this out"),
+    "ratio": (
+        {"materials.clay.conductivity_ratios": [3.0, 0.0]},
+        "materials.clay.conductivity_ratios", "principal value 0", "number > 0 per axis"),
+    "ratios of no tensor": (
+        {"materials.clay.conductivity_ratios": [[3.0, 1.0], [0.0, 1.0]]},
+        "materials.clay.conductivity_ratios", "not symmetric", "symmetric matrix"),
+    "ratios of no matrix": (
+        {"materials.clay.conductivity_ratios": [[3.0, 1.0]]},
+        "materials.clay.conductivity_ratios", "no square matrix", "symmetric matrix"),
+    "indefinite ratios": (
+        {"materials.clay.conductivity_ratios": [[1.0, 2.0], [2.0, 1.0]]},
+        "materials.clay.conductivity_ratios", "principal value -1", "number > 0 per axis"),
+    "far apart ratios": (
+        {"materials.clay.conductivity_ratios": [1e6, 1.0]},
+        "materials.clay.conductivity_ratios", "differ more than", "number > 0 per axis"),
+    "ratios in space": (
+        {"materials.clay.conductivity_ratios": [3.0, 3.0, 1.0]},
+        "materials.clay.conductivity_ratios", "for 3 directions", "2 numbers"),
+    "one ratio": (
+        {"materials.clay.conductivity_ratios": 3.0},
+        "materials.clay.conductivity_ratios", "list of numbers", "[3.0, 1.0]"),
     "no index": (
         {"materials.clay.permeability": "taylor"},
         "materials.clay.permeability_change_index", '"taylor" needs it', "give the number"),

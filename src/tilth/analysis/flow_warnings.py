@@ -114,9 +114,12 @@ def _fast_water(model: Model, points: MaterialPoints) -> Iterator[tuple[str, str
     assert flow is not None
     assert flow.density is not None
     porosity, conductivity = points.water[:, POROSITY], points.water[:, CONDUCTIVITY]
-    ratio = conductivity[porosity > 0.0] / porosity[porosity > 0.0]
+    ratios = [
+        float((conductivity[own] / porosity[own]).max()) * _greatest_ratio(model, name)
+        for name, own in _of_materials(model, points)
+    ]
     period = STEPS_OF_A_PERIOD * model.schedule.first_step
-    largest = float(ratio.max(initial=0.0)) * flow.density * 2.0 * np.pi / period
+    largest = max(ratios, default=0.0) * flow.density * 2.0 * np.pi / period
     if largest > FREE_WATER:
         yield (
             "free water",
@@ -158,8 +161,9 @@ def _conductivities(model: Model, points: MaterialPoints) -> Iterator[tuple[str,
         return
     for name, own in _of_materials(model, points):
         k = points.water[own, CONDUCTIVITY] * model.flow.unit_weight
-        for worst, wrong in ((k.min(), k.min() * length / time < CONDUCTIVITIES[0]),
-                             (k.max(), k.max() * length / time > CONDUCTIVITIES[1])):  # fmt: skip
+        least, greatest = float(k.min()), float(k.max()) * _greatest_ratio(model, name)
+        for worst, wrong in ((least, least * length / time < CONDUCTIVITIES[0]),
+                             (greatest, greatest * length / time > CONDUCTIVITIES[1])):  # fmt: skip
             if wrong:
                 unit = f"{model.units.length}/{model.units.time}"
                 yield (
@@ -269,6 +273,12 @@ def _impermeable_pairs(model: Model, points: MaterialPoints) -> Iterator[tuple[s
                 "contact lets no water pass; leave the pair out where they do not separate, or "
                 "drain both bodies by flow boundaries of their own",
             )
+
+
+def _greatest_ratio(model: Model, name: str) -> float:
+    """Returns the greatest conductivity of a material over that of its points, the least one."""
+    least, greatest = model.materials[name].principal_ratios
+    return greatest / least
 
 
 def _of_materials(

@@ -213,6 +213,18 @@ def _matrix(value: Any) -> tuple[tuple[float, ...], ...]:
     return tuple(_vector_of(real)(row) for row in rows)
 
 
+def _tensor(value: Any) -> tuple[tuple[float, ...], ...]:
+    rows = as_list(value)
+    if not rows:
+        raise reject("must be a list of numbers or of rows of numbers", "such as [3.0, 1.0]")
+    if all(as_list(row) is None for row in rows):
+        own = _vector_of(real)(rows)
+        return tuple(
+            tuple(a if i == j else 0.0 for j, a in enumerate(own)) for i in range(len(own))
+        )
+    return _matrix(value)
+
+
 def _table(value: Any) -> tuple[tuple[float, float], ...]:
     example = "give rows of (time, factor) such as [[0, 0], [1, 1]]"
     rows = as_list(value)
@@ -363,6 +375,7 @@ AxisOrDirection = Annotated[str | Sequence[float], PlainValidator(_axis_or_direc
 AngularVelocity = Annotated[float | Sequence[float], PlainValidator(_angular_velocity)]
 Displacement = Annotated[Mapping[Axis, Real], AfterValidator(some)]
 Matrix = Annotated[Sequence[Sequence[float]], PlainValidator(_matrix)]
+Tensor = Annotated[Sequence[Sequence[float]], PlainValidator(_tensor)]
 Table = Annotated[Sequence[Sequence[float]], PlainValidator(_table)]
 NumberOrTable = Annotated[float | Sequence[Sequence[float]], PlainValidator(number_or_table)]
 NumberOrTablePerAxis = Annotated[

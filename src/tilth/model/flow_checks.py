@@ -42,6 +42,7 @@ def flow_problems(model: Declaration) -> Iterator[Problem]:
     yield from _weights(model)
     yield from _time(model)
     yield from _heads(model)
+    yield from _ratios(model)
     yield from _axis(model)
     yield from _surfaces(model)
     yield from _not_yet(model)
@@ -78,6 +79,17 @@ def _time(model: Declaration) -> Iterator[Problem]:
         if "end" not in schedule.model_fields_set:
             remedy = "give the time until which the flow is computed"
             yield Problem(f"{key}.end", "missing: where water flows it is a time", remedy)
+
+
+def _ratios(model: Declaration) -> Iterator[Problem]:
+    """Ratios of conductivities have a number for each direction."""
+    for name, each in model.materials.items():
+        ratios, dim = each.conductivity_ratios, model.dimension
+        if ratios is not None and len(ratios) != dim:
+            what = f"is for {len(ratios)} directions, but the analysis has {dim}"
+            remedy = f"give a list of {dim} numbers, or {dim} rows of {dim}"
+            key = dotted(("materials", name, "conductivity_ratios"))
+            yield Problem(key, what, remedy, ratios)
 
 
 def _heads(model: Declaration) -> Iterator[Problem]:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
@@ -14,7 +14,7 @@ from tilth.arrays import Floats
 from tilth.errors import Problem
 from tilth.model.base import Declared
 from tilth.model.davis import DavisForm
-from tilth.model.fields import Flag, NotNegative, Positive, Real
+from tilth.model.fields import Flag, NotNegative, Positive, Real, Tensor
 from tilth.model.laws import EXCESS_PORE_PRESSURE, Law, laws
 from tilth.model.parameter_kinds import Kind, Values, is_reducible, reduced, stiffened
 from tilth.model.problems import reject, rejection
@@ -22,6 +22,9 @@ from tilth.model.variation import VaryingModulus, VaryingPositive, VaryingShare,
 
 Columns = Mapping[str, Values]
 """Parameters of a law by their names in the core."""
+
+LARGEST_CONDUCTIVITY_RATIO = 1e4
+"""Greatest principal conductivity of a soil over its least one, at most."""
 
 LARGEST_PRESSURE_RATIO = 1e6
 """Bulk modulus of the pore fluid, at most, as a multiple of Young's modulus."""
@@ -58,6 +61,24 @@ if TYPE_CHECKING:
     PoissonRatio = Real
 else:
     PoissonRatio = or_varying(Annotated[Real, AfterValidator(_poisson_ratio)])
+
+
+def _ratio_problems(ratios: Sequence[Sequence[float]] | None) -> Iterator[Problem]:
+    """Yields why ratios of conductivities, rows of a matrix, are no tensor that water flows by."""
+    what = ""
+    if ratios is None:
+        return
+    if any(len(row) != len(ratios) for row in ratios):
+        what = "is no square matrix"
+    elif (matrix := np.array(ratios)).shape and (matrix != matrix.T).any():
+        what = "is not symmetric"
+    elif (ends := np.linalg.eigvalsh(matrix)[[0, -1]])[0] <= 0.0:
+        what = f"has the principal value {ends[0]:.3g}, which must be greater than zero"
+    elif ends[1] > LARGEST_CONDUCTIVITY_RATIO * ends[0]:
+        what = f"has principal values that differ more than {LARGEST_CONDUCTIVITY_RATIO:g} times"
+    if what:
+        remedy = "give one number > 0 per axis, such as [3.0, 1.0], or a symmetric matrix"
+        yield Problem("conductivity_ratios", what, remedy, ratios)
 
 
 class AnyMaterial(Declared):
@@ -100,6 +121,11 @@ class AnyMaterial(Declared):
     """Hydraulic conductivity k [length / time], > 0: with it water flows through the material by
     Darcy's law, in a model with `[flow]`; if not given no water enters or leaves its pores there.
     """
+    conductivity_ratios: Tensor | None = None
+    """Conductivities along the axes over `hydraulic_conductivity` [-], > 0, shape (dim,), such as
+    [3.0, 1.0] where k is the vertical one; or a symmetric positive definite tensor, shape
+    (dim, dim). It turns with the soil, R k R^T; all 1 if not given.
+    """
     permeability: Literal["constant", "kozeny_carman", "taylor", "power"] | None = None
     """How the hydraulic conductivity k changes with the void ratio e = n / (1 - n), n the porosity:
     "constant"; "kozeny_carman", k in proportion to n^3 / (1 - n)^2; "taylor",
@@ -116,6 +142,14 @@ class AnyMaterial(Declared):
     def conducts_water(self) -> bool:
         """Whether water flows through it, in a model with `[flow]`."""
         return self.hydraulic_conductivity is not None
+
+    @property
+    def principal_ratios(self) -> tuple[float, float]:
+        """The least and the greatest principal value of `conductivity_ratios`; 1 without."""
+        if self.conductivity_ratios is None:
+            return 1.0, 1.0
+        values = np.linalg.eigvalsh(np.array(self.conductivity_ratios))
+        return float(values[0]), float(values[-1])
 
     @property
     def permeability_parameter(self) -> float:
@@ -147,7 +181,7 @@ class AnyMaterial(Declared):
     @model_validator(mode="after")
     def _pores_fit_together(self) -> Any:
         problems = []
-        for key in ("porosity", "permeability", *_PERMEABILITIES.values()):
+        for key in ("porosity", "conductivity_ratios", "permeability", *_PERMEABILITIES.values()):
             value = getattr(self, key)
             if value is not None and not self.conducts_water:
                 what = "has no meaning without `hydraulic_conductivity`"
@@ -157,6 +191,7 @@ class AnyMaterial(Declared):
             problems.append(Problem("porosity", "missing: water flows through the pores", remedy))
         if self.conducts_water:
             problems += self._permeability_problems()
+            problems += _ratio_problems(self.conductivity_ratios)
         if self.conducts_water and self.watertight:
             what, remedy = "is given for a watertight material", "leave out one of the two"
             value = self.hydraulic_conductivity

@@ -40,6 +40,7 @@ _BOUND_OF_CHECK = {get_args(kind)[1]: bounds for kind, bounds in _BOUNDS.items()
 
 _TAKEN: dict[Any, Any] = {
     get_args(fields.CountPerDirection)[1]: fields.Count | Sequence[fields.Count],
+    get_args(fields.Tensor)[1]: Sequence[fields.Positive] | Sequence[Sequence[fields.Real]],
     get_args(fields.PositivePerDirection)[1]: fields.Positive | Sequence[fields.Positive],
 }
 """What a check takes, where its own type says less."""

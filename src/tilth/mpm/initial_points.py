@@ -21,7 +21,7 @@ from tilth.mpm.initial_stress import Start, declared_start, start_with_stress
 from tilth.mpm.initial_water import initial_water
 from tilth.mpm.layers import by_layer
 from tilth.mpm.points import MaterialPoints, PointRange
-from tilth.mpm.pore_water import Permeability
+from tilth.mpm.pore_water import Permeability, normalised
 from tilth.mpm.user_moduli import require_declared_moduli
 from tilth.variation.evaluate import parameter_values
 
@@ -81,7 +81,9 @@ def initial_points(model: Model) -> MaterialPoints:
                     layer=layer,
                     overlay=overlays[body.name],
                     permeability=Permeability(
-                        material.permeability or "constant", material.permeability_parameter
+                        material.permeability or "constant",
+                        material.permeability_parameter,
+                        normalised(material.conductivity_ratios),
                     ),
                 )
             )

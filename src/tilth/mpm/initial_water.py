@@ -38,6 +38,7 @@ def initial_water(model: Model, points: MaterialPoints) -> Floats:
                 value = getattr(material, key)
                 varies = not isinstance(value, float)
                 water[own, column] = points.varying[key][own] if varies else value
+            water[own, CONDUCTIVITY] *= material.principal_ratios[0]
     water[:, CONDUCTIVITY] /= flow.unit_weight
     wet = water[:, POROSITY] > 0.0
     for i, entry in enumerate(model.initial.pore_pressure):

@@ -40,15 +40,18 @@ def keeps_changes(water: Floats, dim: int) -> bool:
 
 @dataclass(frozen=True)
 class Permeability:
-    """How the conductivity changes with the void ratio e = n / (1 - n).
+    """How the conductivity changes with the void ratio e = n / (1 - n), and with the direction.
 
     Attributes:
         law: its name.
         parameter: C_k of Taylor's law, the exponent of the power law [-], > 0; others have none.
+        ratios: tensor of the conductivities over the least one at the start, shape (dim, dim);
+            None if all are the same.
     """
 
     law: Literal["constant", "kozeny_carman", "taylor", "power"] = "constant"
     parameter: float = 0.0
+    ratios: Sequence[Sequence[float]] | None = None
 
     def relative(self, void_ratio: Floats, initial: Floats) -> tuple[Floats, Floats]:
         """Returns kappa over that at the start, and d ln kappa / de, shape (n,) each.
@@ -68,6 +71,14 @@ class Permeability:
         return np.ones_like(e), np.zeros_like(e)
 
 
+def normalised(ratios: Sequence[Sequence[float]] | None) -> Sequence[Sequence[float]] | None:
+    """Returns a symmetric tensor over its least principal value, shape (dim, dim); None of None."""
+    if ratios is None:
+        return None
+    tensor = np.array(ratios)
+    return tuple(map(tuple, (tensor / np.linalg.eigvalsh(tensor)[0]).tolist()))
+
+
 CONSTANT = Permeability()
 """A conductivity that does not change."""
 
@@ -78,9 +89,10 @@ class PoreWater:
 
     Attributes:
         porosity: n0 [-], shape (n,); 0 of those that no water enters.
-        conductivity: kappa at the start, k / gamma_w [length^4/(force time)], shape (n,); 0 in a
-            stage without flow.
-        permeabilities: how it changes, of the points of slices that follow each other.
+        conductivity: kappa at the start, the least k / gamma_w of all directions
+            [length^4/(force time)], shape (n,); 0 in a stage without flow.
+        permeabilities: how it changes with the pores and the direction, of the points of slices
+            that follow each other.
         bulk_modulus: K_w of the water [stress]; infinite for water that cannot be compressed.
     """
 
@@ -128,6 +140,22 @@ class PoreWater:
             conductivity[own] *= ratio
             change[own] = conductivity[own] * slope * jacobian[own] * volume
         return conductivity, change
+
+    def ratios(self, deformation_gradient: Floats) -> Floats:
+        """Returns the conductivities of all directions over the least one, shape (n, dim, dim).
+
+        R A R^T: they turn with the soil, R the rotation in the polar decomposition.
+
+        deformation_gradient: of the dim directions, shape (n, dim, dim).
+        """
+        n, dim, _ = deformation_gradient.shape
+        found = np.tile(np.eye(dim), (n, 1, 1))
+        for own, law in self.permeabilities:
+            if law.ratios is not None:
+                left, _, right = np.linalg.svd(deformation_gradient[own])
+                turn = left @ right
+                found[own] = turn @ np.array(law.ratios) @ np.swapaxes(turn, 1, 2)
+        return found
 
 
 @dataclass(frozen=True, eq=False)

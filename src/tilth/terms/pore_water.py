@@ -4,12 +4,12 @@
 The balance of momentum has the force -V p div, with all derivatives at finite strain; that of
 water, in volume per step, takes the sign that makes the coupling symmetric:
 
-    R_u = -sum_p V p D_a,      R_p = -sum_p [V0 N_a (zeta - zeta_n) + h V kappa grad N_a . grad p],
+    R_u = -sum_p V p D_a,   R_p = -sum_p [V0 N_a (zeta - zeta_n) + h V kappa grad N_a . A grad p],
 
 D_a = grad N_a, in axisymmetry with N_a / r in the radial direction, h the size of the step
 (backward Euler; with the formula of order 2 theta h, and changes less w times those of the last
-step, see `BackwardDifference`). Nodes of pressure and displacement are the same:
-`water_stabilisation.py`.
+step, see `BackwardDifference`), A the ratios of the conductivities in all directions at the start
+of the step. Nodes of pressure and displacement are the same: `water_stabilisation.py`.
 Theory: docs/theory/consolidation.md.
 """
 
@@ -74,7 +74,9 @@ class WaterInStep:
         size: theta h of the formula [time].
         stored_before: what the stored water changes from, zeta_n + w (zeta_n - zeta_{n-1}), (n,).
         initial_volume: of the soil with water in its pores [length^dim], shape (n,); 0 elsewhere.
-        conductivity: kappa at the start of the step, shape (n,).
+        conductivity: kappa at the start of the step, the least of all directions, shape (n,).
+        ratios: of the conductivities in all directions to the least one, at the start of the step,
+            shape (n, dim, dim).
         nodal_volume: sum_p S_ap V_p of that soil at the start of the step, shape (nodes,).
         at: the last evaluation; None before.
     """
@@ -103,6 +105,8 @@ class WaterInStep:
         self.nodal_volume = self.nodal_sums(np.ones(len(points)))
         self._jacobian = np.linalg.det(points.deformation_gradient)
         self.conductivity = water.conductivities(self._jacobian)[0]
+        dim = soil.active.grid.dim
+        self.ratios = water.ratios(points.deformation_gradient[:, :dim, :dim])
         self.at: WaterAt | None = None
         self._of: Mapping[str, Floats] | None = None
 
@@ -185,6 +189,10 @@ class WaterInStep:
     def pressure_before(self, field: Field) -> Floats:
         """Returns what nodal pressures change from, p_n + w (p_n - p_{n-1}), shape (nodes, 1)."""
         return np.asarray(field.first() + self.formula.of_last_change * self._last_change)
+
+    def turned(self, gradient: Floats) -> Floats:
+        """Returns gradients (n, dim) times the ratios, the direction in which the water flows."""
+        return np.asarray(np.einsum("nkl,nl->nk", self.ratios, gradient))
 
     @property
     def last(self) -> WaterAt:
@@ -304,7 +312,8 @@ class _StoredWater(_OfWater):
             water[:, PRESSURE_CHANGE] = pressure - water[:, PRESSURE]
         water[:, STORED], water[:, PRESSURE] = stored, pressure
         conductivity, _ = self._water.water.conductivities(at.jacobian)
-        water[:, VELOCITY : VELOCITY + at.dim] = -conductivity[:, None] * at.drive
+        flow = -conductivity[:, None] * self._water.turned(at.drive)
+        water[:, VELOCITY : VELOCITY + at.dim] = flow
         self._water.keep(x[PORE_PRESSURE], field.first())
 
 
@@ -316,7 +325,7 @@ class _Seepage(_OfWater):
         water = self._water
         at = water.evaluate(x)
         conductivity, _ = water.water.conductivities(at.jacobian)
-        flux = (water.size * at.volume * conductivity)[:, None] * at.drive
+        flux = (water.size * at.volume * conductivity)[:, None] * water.turned(at.drive)
         flow = water.integrals.scattered_gradient(at.at_start(flux[:, None]))
         return Unknowns({PORE_PRESSURE: -flow})
 
@@ -328,18 +337,19 @@ class _Seepage(_OfWater):
     def assemble(self, x: Unknowns, matrix: BlockMatrix) -> None:
         water, at, dim = self._water, self._water.last, self._water.last.dim
         conductivity, change = water.water.conductivities(at.jacobian)
-        factor, w = -water.size * at.volume, at.drive
-        # (kappa + J kappa_J) (G_a . w) D_b - kappa (G_b . w) G_a - kappa (G_a . G_b) grad p
-        # + kappa rho_w (da/du) G_a N_b
+        factor, w, ratios = -water.size * at.volume, water.turned(at.drive), water.ratios
+        # w = A drive: (kappa + J kappa_J) (G_a . w) D_b - kappa (G_b . w) G_a
+        # - kappa (G_a . A G_b) grad p + kappa rho_w (da/du) A G_a N_b
         by_motion = np.zeros((len(w), 1, 1 + dim, dim, 1 + dim))
         by_motion[:, 0, 1:] = np.einsum("n,nk,njl->nkjl", conductivity + change, w, at.divergence())
         for k in range(dim):
             by_motion[:, 0, 1 + k, k, 1:] -= conductivity[:, None] * w
-            by_motion[:, 0, 1 + k, :, 1 + k] -= conductivity[:, None] * at.gradient
-            by_motion[:, 0, 1 + k, k, 0] += conductivity * water.inertia_by_motion
+            own = conductivity[:, None] * ratios[:, k]
+            by_motion[:, 0, 1 + k, :, 1:] -= np.einsum("nl,nj->njl", own, at.gradient)
+            by_motion[:, 0, 1 + k, :, 0] += own * water.inertia_by_motion
         by_motion *= factor[:, None, None, None, None]
         self._add(matrix, (PORE_PRESSURE, DISPLACEMENT), at, by_motion)
         by_pressure = np.zeros((len(w), 1, 1 + dim, 1, 1 + dim))
         for k in range(dim):
-            by_pressure[:, 0, 1 + k, 0, 1 + k] = factor * conductivity
+            by_pressure[:, 0, 1 + k, 0, 1:] = (factor * conductivity)[:, None] * ratios[:, k]
         self._add(matrix, (PORE_PRESSURE, PORE_PRESSURE), at, by_pressure)

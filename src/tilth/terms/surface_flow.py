@@ -49,22 +49,41 @@ class FlowSurface:
         return FlowSurface(self.at.of(kept), *own)
 
 
-def beside_water(water: WaterInStep, surface: FlowSurface) -> tuple[FlowSurface, Floats, Floats]:
-    """Returns the m points in cells with wet soil, and conductivities there, shape (m,) each.
+@dataclass(frozen=True, eq=False)
+class Conductivities:
+    """Those of the soil at m points of a surface, at the start of a step.
 
-    At the start of the step: the mean of the soil around the nodes of each point's cell, and the
-    least of the harmonic means at these nodes. All processes call it.
+    Attributes:
+        mean, least: of the direction in which soil conducts least: the mean of the soil around the
+            nodes of each point's cell, and the least of the harmonic means at these nodes, (m,).
+        ratios: of all directions to it, in the mean, shape (m, dim, dim).
+    """
+
+    mean: Floats
+    least: Floats
+    ratios: Floats
+
+
+def beside_water(water: WaterInStep, surface: FlowSurface) -> tuple[FlowSurface, Conductivities]:
+    """Returns the points in cells with wet soil, and the conductivities there.
+
+    All processes call it.
     """
     at, active = surface.at, water.soil.active
     cell = find_keys(active.cell_keys, active.key[at.node[:, 0]])  # key: of its lowest node
     filled = water.in_cells(water.conductivity)[0][cell]
     wet = (filled > LEAST_FILLING * at.size.prod(axis=1))[at.cell]
     resistance = 1.0 / np.maximum(water.conductivity, 1e-300)
-    flow, resisted = (water.nodal_sums(each) for each in (water.conductivity, resistance))
-    sums = active.updated(np.column_stack([flow, resisted, water.nodal_volume]))
-    flow, resisted, volume = np.moveaxis(sums[at.node[at.cell][wet]], 2, 0)
+    dim = water.ratios.shape[1]
+    directed = water.conductivity * water.ratios.reshape(-1, dim * dim).T
+    nodal = [water.nodal_sums(each) for each in (water.conductivity, resistance, *directed)]
+    sums = active.updated(np.column_stack([water.nodal_volume, *nodal]))
+    volume, flow, resisted, *directed = np.moveaxis(sums[at.node[at.cell][wet]], 2, 0)
     least = np.where(volume > 0.0, volume / np.maximum(resisted, 1e-300), np.inf).min(axis=1)
-    return surface.of(wet), flow.sum(axis=1) / volume.sum(axis=1), least
+    total = flow.sum(axis=1)
+    ratios = np.stack([each.sum(axis=1) for each in directed], axis=1) / total[:, None]
+    found = Conductivities(total / volume.sum(axis=1), least, ratios.reshape(-1, dim, dim))
+    return surface.of(wet), found
 
 
 class _ThroughSurface(OnElements):
@@ -79,7 +98,7 @@ class _ThroughSurface(OnElements):
     role = Role.FLOW
 
     def __init__(self, name: str, water: WaterInStep, surface: FlowSurface) -> None:
-        surface, self._mean, self._least = beside_water(water, surface)
+        surface, self._soil = beside_water(water, surface)
         super().__init__(surface.at.node[surface.at.cell], water)
         self.flow_boundary, self._size, self._surface = name, water.size, surface
 
@@ -96,10 +115,12 @@ class _ThroughSurface(OnElements):
 class GivenPressure(_ThroughSurface):
     """A pressure on a surface, by Nitsche's method (Nitsche 1971).
 
-    With the outward normal n, the conductivity kappa of the soil at the surface, its cells of size
-    l and beta = `NITSCHE`, the balance of water has
+    With the outward normal n, the conductivity kappa A of the soil at the surface, its cells of
+    size l and beta = `NITSCHE`, the balance of water has
 
-        h int [-q kappa dp/dn - kappa dq/dn (p - p0) + beta kappa / l q (p - p0)] da,
+        h int [-q kappa An . grad p - kappa An . grad q (p - p0) + beta kappa n . An / l q (p - p0)]
+
+    over the surface,
 
     what flows out, the same for the test function, and a penalty. The cells that the surface cuts
     need `GhostPressure`. Where soils meet the first two have the least conductivity, which the
@@ -123,9 +144,12 @@ class GivenPressure(_ThroughSurface):
 
     def _balance(self) -> tuple[Floats | float, Floats]:
         at = self._surface.at
-        value, slope = at.value, np.einsum("nai,ni->na", at.gradient, self._surface.normal)
-        slope = self._least[:, None] * slope
-        own = slope - (NITSCHE * self._mean / at.size[at.cell].max(axis=1))[:, None] * value
+        normal, soil = self._surface.normal, self._soil
+        way = np.einsum("nij,nj->ni", soil.ratios, normal)
+        value, slope = at.value, np.einsum("nai,ni->na", at.gradient, way)
+        slope = soil.least[:, None] * slope
+        through = soil.mean * (normal * way).sum(axis=1)
+        own = slope - (NITSCHE * through / at.size[at.cell].max(axis=1))[:, None] * value
         factor = self._size * self._surface.weight
         matrix = np.einsum("na,nb->nab", value, slope) + np.einsum("na,nb->nab", own, value)
         return factor[:, None, None] * matrix, -(self._pressure * factor)[:, None] * own

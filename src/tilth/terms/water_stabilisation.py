@@ -116,9 +116,9 @@ class GhostPressure(Term):
 
         0.25 e l int [dp/dn] [dq/dn] over the face, of h kappa p + tau0 l^2 / 12 (p - p_n),
 
-    l the size of the cells across the face, tau0 = max(1/(2G), 3/M) (Pretti et al. 2024 for the
-    idea). It vanishes for pressures that are linear across the face, and moves water between its
-    nodes only.
+    l the size of the cells across the face, kappa the conductivity along its normal, tau0 =
+    max(1/(2G), 3/M) (Pretti et al. 2024 for the idea). It vanishes for pressures that are linear
+    across the face, and moves water between its nodes only.
 
     Args:
         water: of the step.
@@ -129,10 +129,10 @@ class GhostPressure(Term):
         self._faces, self._water = faces, water
         self._volume = water.nodal_volume
         self._soft = water.nodal_sums(water.softness)
-        flow = water.nodal_sums(water.water.conductivity)
-        self._conductivity = np.where(
-            self._volume > 0.0, flow / np.maximum(self._volume, 1e-300), np.inf
-        )
+        volume = np.maximum(self._volume, 1e-300)
+        across = np.moveaxis(np.diagonal(water.ratios, axis1=1, axis2=2), 1, 0)
+        flows = [water.nodal_sums(water.water.conductivity * ratio) for ratio in across]
+        self._conductivity = [np.where(self._volume > 0.0, each / volume, np.inf) for each in flows]
         self._coupled = [
             Coupled(same_starts(each.node), each.node.ravel(), PORE_PRESSURE) for each in faces
         ]
@@ -151,7 +151,7 @@ class GhostPressure(Term):
             unit = faces.unit if len(faces.unit) == 1 else faces.unit[faces.which]
             volume = np.maximum(self._volume[faces.node].sum(axis=1), 1e-300)
             softness = self._soft[faces.node].sum(axis=1) / volume
-            conductivity = self._conductivity[faces.node].min(axis=1)
+            conductivity = self._conductivity[faces.axis][faces.node].min(axis=1)
             stored = softness * faces.size[:, faces.axis] ** 2 / 12.0
             share = -GHOST * faces.emptiness
             parts.append(
