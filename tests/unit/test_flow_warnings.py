@@ -92,6 +92,10 @@ WARNINGS: Mapping[str, tuple[Mapping[str, Any], str, str]] = {
     "conductivity of nothing": (
         {"materials.clay.hydraulic_conductivity": 1e6, "schedule": {"end": 1e-8, "steps": 4}},
         "materials.clay.hydraulic_conductivity", "check the unit"),
+    "conductivity of nothing along the layers": (
+        {"materials.clay.hydraulic_conductivity": 1e3, "schedule": {"end": 2e-5, "steps": 40},
+         "materials.clay.conductivity_ratios": [1e4, 1.0]},
+        "materials.clay.hydraulic_conductivity", "check the unit"),
     "unit weight of the water": ({"flow.unit_weight": 1e3}, "flow.unit_weight", "9.81"),
     "plane without soil": (
         {"flow.boundaries": [DRAIN, {**DRAIN, "name": "far", "at": 9.0}]},
@@ -193,5 +197,7 @@ def test_water_that_moves_freely_in_vibrations() -> None:
     slow = {**moving, "materials.clay.hydraulic_conductivity": 1e-4}
     assert not [each for each in warned(slow) if "moves freely" in each]
     fast = {**moving, "materials.clay.hydraulic_conductivity": 0.05}
-    (found,) = [each for each in warned(fast) if "moves freely" in each]
-    assert "period of 0.1 s" in found
+    directed = {**slow, "materials.clay.conductivity_ratios": [500.0, 1.0]}
+    for changes in (fast, directed):
+        (found,) = [each for each in warned(changes) if "moves freely" in each]
+        assert "period of 0.1 s" in found
