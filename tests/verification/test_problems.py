@@ -20,6 +20,7 @@ FIRST = {
     "cam_clay_consolidation": 6,
     "cavity_expansion": 2,
     "embankment": 12,
+    "embankment_on_drains": 13,
     "end_loaded_cantilever": 4,
     "excavation": 6,
     "inclined_column": 7,

@@ -53,9 +53,13 @@ class RadialDrain:
         He makes each ring of soil settle by the same at every time, and its water flow to the drain
         radially, as though soil moved along the vertical only.
         """
+        return float(-np.expm1(-8.0 * time / self.resistance))
+
+    @property
+    def resistance(self) -> float:
+        """Barron's mu [-], by which the time of equal strain is divided."""
         n = self.ratio
-        mu = n**2 / (n**2 - 1.0) * np.log(n) - (3.0 * n**2 - 1.0) / (4.0 * n**2)
-        return float(-np.expm1(-8.0 * time / mu))
+        return float(n**2 / (n**2 - 1.0) * np.log(n) - (3.0 * n**2 - 1.0) / (4.0 * n**2))
 
     def _decay(self, time: float, steps: Sequence[float]) -> Floats:
         return decay(4.0 * (self.ratio * self._terms[0]) ** 2, time, steps)
