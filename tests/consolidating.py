@@ -109,14 +109,17 @@ def with_flow(
     boundaries: list[dict[str, Any]],
     scheme: str = "backward_euler",
     density: float | None = None,
+    largest_error: float | None = None,
     **water: Any,
 ) -> Model:
     """A model whose material has water in its pores, with the values of `Pores`, by the input.
 
-    density: of the water. water: further entries of the material; the unit weight is 1.
+    density, largest_error: of the flow, whose unit weight is 1.
+    water: further entries of the material.
     """
     entries["flow"] = {
         "unit_weight": 1.0, "boundaries": boundaries, "scheme": scheme, "density": density,
+        "largest_error": largest_error,
     }  # fmt: skip
     entries["units"] = {"time": "s", **entries.get("units", {})}
     own = {"porosity": 0.5, "hydraulic_conductivity": 1.0, **water}

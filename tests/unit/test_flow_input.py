@@ -42,6 +42,7 @@ WRONG: Mapping[str, tuple[Mapping[str, Any], str, str, str]] = {
     "unit weight": ({"flow.unit_weight": -1.0}, "flow.unit_weight", "greater than zero", ""),
     "bulk modulus": ({"flow.bulk_modulus": 0.0}, "flow.bulk_modulus", "greater than zero", ""),
     "scheme": ({"flow.scheme": "bdf3"}, "flow.scheme", "not one of", "bdf2"),
+    "largest error": ({"flow.largest_error": 0.0}, "flow.largest_error", "greater than zero", ""),
     "unknown key": ({"flow.viscosity": 1.0}, "flow.viscosity", "unknown key", "known keys"),
     "no name": ({f"{DRAIN}.name": None}, f"{KEY}.name", "missing", "give"),
     "name of another": ({f"{DRAIN}.name": "left"}, f"{KEY}.name", "already the name", "different"),

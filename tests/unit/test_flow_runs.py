@@ -44,11 +44,13 @@ def final_pressures(folder: Path) -> Any:
     return arrays["water"][np.argsort(arrays["point_id"]), PRESSURE]
 
 
-@pytest.mark.parametrize("scheme", ["backward_euler", "bdf2"])
+@pytest.mark.parametrize(
+    "changes", [{}, {"flow.scheme": "bdf2"}, {"flow.scheme": "bdf2", "flow.largest_error": 0.5}]
+)
 def test_a_resumed_run_gives_the_same_results(
-    scheme: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    changes: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    declared = staged(SHUT, OPEN, **{"flow.bulk_modulus": 1e5, "flow.scheme": scheme})
+    declared = staged(SHUT, OPEN, **{"flow.bulk_modulus": 1e5, **changes})
     run(declared, tmp_path / "whole", quiet=True)
     run_in_pieces(declared, tmp_path / "pieces", [1, 2, 4, 5], monkeypatch)
     assert_same_results(tmp_path / "whole", tmp_path / "pieces")

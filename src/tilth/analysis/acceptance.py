@@ -55,6 +55,8 @@ def require_acceptable(
         cells = state.grid.sizes_at(points.position)
         possible, reason = state.dynamics.possible_size(balance, x.u, moved, cells)
         state.dynamics.require_accurate(possible, reason)
+    if state.pore_pressure is not None:
+        possible = min(possible, state.pore_pressure.possible_size(balance, x))
     if state.implicit and not is_least:
         touching, contacts = state.contact_surfaces, step.constraints.contacts
         with timers.measure("boundaries"), together(state.comm):

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -11,6 +12,8 @@ import numpy as np
 import numpy.typing as npt
 
 from tilth.algebra.field import Field, GivenChange
+from tilth.algebra.unknowns import Unknowns
+from tilth.analysis.flow_error import FlowError
 from tilth.analysis.step_result import StepResult, outflow_of
 from tilth.arrays import Flags, Floats, Integers, require_table
 from tilth.boundaries.flow import FlowBoundaries
@@ -20,6 +23,7 @@ from tilth.mpm.active_grid import ActiveGrid
 from tilth.mpm.points import MaterialPoints
 from tilth.mpm.pore_water import PRESSURE, PRESSURE_CHANGE, PoreWater
 from tilth.terms.backward_difference import BackwardDifference
+from tilth.terms.balance import Balance
 from tilth.terms.ghost import Faces
 from tilth.terms.inertia import Inertia
 from tilth.terms.pore_water import PORE_PRESSURE, WATER, Seepage, StoredWater, WaterInStep
@@ -63,6 +67,9 @@ class PorePressure:
         self.key: Integers = np.zeros(0, dtype=np.int64)
         self.value: Floats = np.zeros((0, 1))
         self._second_order = model.flow.scheme == "bdf2"
+        most = model.flow.largest_error
+        self._error = None if most is None else FlowError(most)
+        self._in_step: WaterInStep | None = None  # of the step that is prepared
         self.change: Floats = np.zeros((0, 1))
         self._last_size = 0.0  # 0: in this stage there was no step
         self._last_outflow: Floats = np.zeros(len(self._names))
@@ -97,8 +104,11 @@ class PorePressure:
             self.key, self.value = active.key.copy(), pressure.copy()
             if self._second_order:
                 self.change = pressure - before
+            if self._error is not None:
+                self._error.commit()
 
         here = WaterInStep(of.soil, water, formula, keep, change, inertia, self._density)
+        self._in_step = here
         terms: list[Term] = [
             StoredWater(here), Seepage(here), Projection(here),
             GhostPressure(here, self._faces(of, water)),
@@ -108,6 +118,13 @@ class PorePressure:
             surfaces = of.state.surfaces
             terms += self._boundaries.terms(here, surfaces, of.step.before, of.step.after)
         return terms
+
+    def possible_size(self, balance: Balance, x: Unknowns) -> float:
+        """As `FlowError.possible_size`, of the step that is prepared."""
+        if self._error is None:
+            return math.inf
+        assert self._in_step is not None
+        return self._error.possible_size(self._in_step, balance, x, self.key)
 
     def with_discharge(self, result: StepResult, size: float) -> StepResult:
         """Returns the result of a step with what flows out through the planes; adds up all flow.
@@ -146,6 +163,10 @@ class PorePressure:
         self.drained = last.drained
         if same_grid:
             self.key, self.value = last.key, last.value
+            if self._second_order:
+                self.change = np.zeros_like(self.value)
+            if self._error is not None:
+                self._error.rate = np.zeros_like(self.value)
 
     def _formula(self, size: float) -> BackwardDifference:
         """Returns that of a step of a size [time] after the last one."""
@@ -202,7 +223,12 @@ class PorePressure:
 
     def rows(self) -> tuple[Integers, list[str]]:
         """As `KeyedRows.rows`."""
-        return self.key, ["key", "value", *(["change"] if self._second_order else [])]
+        names = ["key", "value"]
+        if self._second_order:
+            names.append("change")
+        if self._error is not None:
+            names.append("rate")
+        return self.key, names
 
     def state(self) -> dict[str, npt.NDArray[Any]]:
         """As `Stateful.state`."""
@@ -211,6 +237,8 @@ class PorePressure:
             found["change"], found["last_outflow"] = self.change, self._last_outflow
             found["last_size"] = np.array([self._last_size])
             found["last_seepage"] = np.array([self._last_seepage])
+        if self._error is not None:
+            found["rate"] = self._error.rate
         return found
 
     def restore(self, state: Mapping[str, npt.NDArray[Any]]) -> None:
@@ -228,3 +256,5 @@ class PorePressure:
             self.change, self._last_outflow = state["change"], state["last_outflow"]
             self._last_size = float(state["last_size"][0])
             self._last_seepage = float(state["last_seepage"][0])
+        if self._error is not None:
+            self._error.rate = state["rate"]

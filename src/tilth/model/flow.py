@@ -163,5 +163,11 @@ class Flow(Declared):
     or "bdf2" (the backward difference formula of order 2, with steps of any size; backward Euler in
     the first step of a stage, and in a step more than twice as long as the last one).
     """
+    largest_error: Positive | None = None
+    """Largest local error of the pore pressure in a step, by that of backward Euler [stress]; a
+    step with more is shortened, and shortened steps grow again up to those of the schedule. The run
+    fails if `minimum_step` of the schedule is still too long. 0.01 of the load is a common value;
+    no limit if not given.
+    """
     boundaries: FlowBoundaryList = ()
     """Where the pressure or the flux is given, an entry [[flow.boundaries]] for each."""
