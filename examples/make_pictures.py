@@ -43,6 +43,7 @@ from tilth_verification import (
     cam_clay_consolidation,
     large_consolidation,
     mandel,
+    pressed_ball,
     radial_drain,
     terzaghi,
 )
@@ -63,10 +64,13 @@ ISOCHRONES = {
     "cam_clay_consolidation": (cam_clay_consolidation.isochrone, 1, (4.0, 10.0, 20.0, 40.0, 80.0)),
     "terzaghi": (terzaghi.isochrone, 1, (273.75, 638.75, 1186.25, 1825.0, 3650.0)),
     "large_consolidation": (large_consolidation.isochrone, 1, (80.0, 240.0, 480.0, 800.0, 1600.0)),
+    "cryer": (pressed_ball.isochrone, None, (1.0, 25.0, 125.0, 250.0, 500.0)),
+    "de_leeuw": (pressed_ball.isochrone, None, (1.0, 25.0, 125.0, 250.0, 500.0)),
     "mandel": (mandel.isochrone, 0, (2.0, 10.0, 40.0, 80.0, 150.0)),
     "radial_drain": (radial_drain.isochrone, 0, (1.0, 2.5, 6.0, 12.0, 24.0)),
 }
-"""Example -> reference, axis along which the pressure is drawn, times."""
+"""Example -> reference, axis along which the pressure is drawn (None: the distance from the centre),
+times."""
 SAFETY = ("slope_strength_reduction", "infinite_slope")
 TROUGHS = {"tunnel": (0.6, 0.3)}
 RULES = (("cpdi2", None), ("gimp", "left_stretch"), ("gimp", "corners"), ("linear", None))
@@ -327,7 +331,9 @@ def draw_isochrones(name: str) -> None:
         history.append((time, pressure.max(), 1.0 - points.volume.sum() / whole))
         for each in times:
             if abs(time - each) < 1e-6 * times[-1]:
-                profiles[each] = points.position[:, axis].copy(), pressure.copy()
+                place = points.position
+                place = np.linalg.norm(place, axis=1) if axis is None else place[:, axis].copy()
+                profiles[each] = place, pressure.copy()
 
     whole = initial_points(model).initial_volume.sum()
     march(model, after_step)
@@ -337,11 +343,12 @@ def draw_isochrones(name: str) -> None:
     for time, colour in zip(times, colours, strict=True):
         place, value = reference(model, time)
         found, pressure = profiles[time]
-        lines = (place, value, found, pressure) if axis == 0 else (value, place, pressure, found)
+        lines = (value, place, pressure, found) if axis == 1 else (place, value, found, pressure)
         along.plot(*lines[:2], color=colour, linewidth=1.0)
         along.plot(*lines[2:], "o", color=colour, markersize=3.5, label=f"{time:g} {units.time}")
-    names = f"{'xyz'[axis]} [{units.length}]", f"excess pore pressure [{units.stress}]"
-    along.set(xlabel=names[axis == 1], ylabel=names[axis == 0])
+    way = "distance from the centre" if axis is None else "xyz"[axis]
+    names = f"{way} [{units.length}]", f"excess pore pressure [{units.stress}]"
+    along.set(xlabel=names[axis == 1], ylabel=names[axis != 1])
     along.set_title("points, and reference as lines", fontsize=9)
     along.legend(fontsize=8, frameon=False)
     time, highest, lost = np.array(history).T

@@ -61,6 +61,7 @@ def _long(problem: str, quantity: str, error: float) -> Missed:
 TIP = "largest distance of the tip over the length"
 OVER_HEIGHT = "RMS distance of the points over the height"
 MOMENT = "its moment against the weight's, relative"
+PEAK = "peak of the pressure at the centre, gimp"
 DEEPEST = "deepest point behind the block's face"
 APART = "force at * m, the farthest apart from 0.1 D on, rough"
 ROUGHNESS = "RMS of the second difference of the force over its mean"
@@ -79,6 +80,8 @@ MISSED = (
     _long("spudcan_sand_over_clay", "drop of the resistance after its peak, h D/16", 0.00528552),
     _long("spudcan_sand_over_clay", "peak resistance, h D/8", 0.218243),
     _long("cone_penetration", f"{ROUGHNESS}, 3D", 0.0207119),
+    _long("cryer", f"{PEAK}, h = a/15.9", 0.00404),
+    _long("cryer", f"{PEAK}, h = a/16.6", 0.00420),
     _long("cone_penetration", "force at * m, the farthest apart, 3D and axisymmetric", 0.158933),
     Missed("undrained_limit", "fall of P from its peak to the end, friction, h 0.125 m", 0.0557929),
     _long("undrained_limit", "greatest P / s_u, friction, h 0.0625 m", 0.0487756),

@@ -19,6 +19,8 @@ FIRST = {
     "buried_pipe": 3,
     "cam_clay_consolidation": 6,
     "cavity_expansion": 2,
+    "cryer": 3,
+    "de_leeuw": 3,
     "embankment": 12,
     "embankment_on_drains": 13,
     "end_loaded_cantilever": 4,
