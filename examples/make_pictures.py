@@ -69,7 +69,7 @@ ISOCHRONES = {
     "mandel": (mandel.isochrone, 0, (2.0, 10.0, 40.0, 80.0, 150.0)),
     "radial_drain": (radial_drain.isochrone, 0, (1.0, 2.5, 6.0, 12.0, 24.0)),
 }
-"""Example -> reference, axis along which the pressure is drawn (None: the distance from the centre),
+"""Example -> reference, axis along which the pressure is drawn (None: distance from the centre),
 times."""
 SAFETY = ("slope_strength_reduction", "infinite_slope")
 TROUGHS = {"tunnel": (0.6, 0.3)}

@@ -35,9 +35,8 @@ LOAD = 1e-3
 END, STEPS, FIRST = 0.2, 40, 1e-4
 """Time over a^2/c, the steps to it, and the first of them [-]."""
 POINTS = 5
-"""Per cell and direction. Soil along the rim is whole points, whose moment of inertia is up to 0.7 %
-wrong with two of them on eight cells; the peak is then up to 1.6 % too high on the cylinder and
-2.4 % on the ball."""
+"""Per cell and direction. Soil along the rim is whole points: with two of them on eight cells the
+moment of inertia is up to 0.7 % wrong, and the peak up to 1.6 and 2.4 % too high."""
 TOLERANCES = {7.9: 0.01, 8.3: 0.01, 15.9: 0.003, 16.6: 0.003}
 """By the cells in a radius."""
 SOURCE = "series with steps of backward Euler"
