@@ -45,6 +45,7 @@ from tilth_verification import (
     mandel,
     pressed_ball,
     radial_drain,
+    slurry,
     terzaghi,
 )
 from tilth_verification.cases import varied
@@ -67,6 +68,7 @@ ISOCHRONES = {
     "cryer": (pressed_ball.isochrone, None, (1.0, 25.0, 125.0, 250.0, 500.0)),
     "de_leeuw": (pressed_ball.isochrone, None, (1.0, 25.0, 125.0, 250.0, 500.0)),
     "mandel": (mandel.isochrone, 0, (2.0, 10.0, 40.0, 80.0, 150.0)),
+    "slurry": (slurry.isochrone, 1, (300.0, 600.0, 1200.0, 2400.0, 6000.0)),
     "radial_drain": (radial_drain.isochrone, 0, (1.0, 2.5, 6.0, 12.0, 24.0)),
 }
 """Example -> reference, axis along which the pressure is drawn (None: distance from the centre),

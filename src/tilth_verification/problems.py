@@ -58,6 +58,7 @@ from tilth_verification import (
     slope,
     slope_run_out,
     slope_strength_reduction,
+    slurry,
     spudcan_sand_over_clay,
     square_footing,
     strip_footing,
@@ -139,6 +140,7 @@ PROBLEMS: dict[str, Callable[[bool], Iterator[Comparison]]] = {
     "radial_drain": radial_drain.comparisons,
     "embankment_on_drains": embankment_on_drains.comparisons,
     "large_consolidation": large_consolidation.comparisons,
+    "slurry": slurry.comparisons,
     "cam_clay_consolidation": cam_clay_consolidation.comparisons,
     "undrained_limit": undrained_limit.comparisons,
 }

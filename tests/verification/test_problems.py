@@ -35,6 +35,7 @@ FIRST = {
     "rolling_sphere": 2,
     "self_weight_column": 36,
     "slope_strength_reduction": 9,
+    "slurry": 6,
     "square_footing": 1,
     "strip_footing": 5,
     "strip_footing_friction": 3,

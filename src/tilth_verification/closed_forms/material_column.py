@@ -22,9 +22,9 @@ class LayerAtTime:
     """The layer at one time.
 
     Attributes:
-        pressure: excess at the sealed top [stress].
+        pressure: excess at the sealed end [stress].
         settlement: of the top [length].
-        place, profile: height over the drain now [length] and excess pressure [stress] of the
+        place, profile: distance from the drain now [length] and excess pressure [stress] of the
             material, shape (n,) each.
     """
 
@@ -36,10 +36,11 @@ class LayerAtTime:
 
 @dataclass(frozen=True)
 class MaterialColumn:
-    """A layer, drained at its base and sealed at its top, loaded at once, without weight.
+    """A layer, drained at one end and sealed at the other, loaded at once.
 
-    With the stretch l of the material at the initial height Z, the excess pressure v = q - s(l) and
-    what flows through the material relative to it (Gibson, England and Hussey 1967)
+    With the stretch l of the material at the initial distance Z from the drain, the excess pressure
+    v = q + w Z - s(l) and what flows through the material relative to it (Gibson, England and
+    Hussey 1967)
 
         dl/dt = d/dZ (kappa(l) / l dv/dZ),  v = 0 at Z = 0,  dv/dZ = 0 at Z = H.
 
@@ -48,23 +49,37 @@ class MaterialColumn:
     has nothing in common with a computation that moves points through a grid.
 
     height: H [length]. stress: effective axial Cauchy stress s(l), compression positive, without
-    that of the start. conductivity: kappa(l) [length^4 / (force time)]. load: q [stress].
+    that of the start. conductivity: kappa(l) [length^4 / (force time)]. load: q [stress]. weight:
+    w, of the soil under water over its initial volume [force / length^3], with the drain at the
+    top; none if it is at the base.
     """
 
     height: float
     stress: Law
     conductivity: Law
     load: float
+    weight: float = 0.0
 
     @cached_property
     def drained(self) -> float:
-        """The stretch in the end [-]."""
-        return float(brentq(lambda x: float(self.stress(np.array([x]))[0]) - self.load, 0.5, 1.0))
+        """The stretch at the drain [-]."""
+        return self._stretch(self.load)
 
-    @property
+    def _stretch(self, stress: float) -> float:
+        return float(brentq(lambda x: float(self.stress(np.array([x]))[0]) - stress, 0.4, 1.0))
+
+    @cached_property
     def final(self) -> float:
         """Settlement in the end [length]."""
-        return self.height * (1.0 - self.drained)
+        place, share = np.polynomial.legendre.leggauss(20)
+        depth = 0.5 * self.height * (place + 1.0)
+        stretch = [self._stretch(self.load + self.weight * each) for each in depth]
+        return self.height * (1.0 - 0.5 * float(share @ np.array(stretch)))
+
+    def _pressure(self, stretch: Floats) -> Floats:
+        """Returns the excess pressure of cells of equal initial height [stress], shape (n,)."""
+        distance = (np.arange(len(stretch)) + 0.5) * self.height / len(stretch)
+        return np.asarray(self.load + self.weight * distance - self.stress(stretch))
 
     def at(self, times: Sequence[float], cells: int = 40, steps: int = 40) -> list[LayerAtTime]:
         """Returns the layer at some times, increasing.
@@ -89,7 +104,7 @@ class MaterialColumn:
             for step in np.diff(roots**2):
                 stretch = self._step(stretch, float(step), size)
             begun = time
-            pressure = self.load - self.stress(stretch)
+            pressure = self._pressure(stretch)
             top = float(9.0 * pressure[-1] - pressure[-2]) / 8.0  # without gradient there
             place = size * (np.cumsum(stretch) - 0.5 * stretch)
             found.append(LayerAtTime(top, self.height - size * stretch.sum(), place, pressure))
@@ -116,7 +131,7 @@ class MaterialColumn:
         return stretch
 
     def _residual(self, stretch: Floats, before: Floats, step: float, size: float) -> Floats:
-        pressure = self.load - self.stress(stretch)
+        pressure = self._pressure(stretch)
         ends = np.array([self.drained])
         through = self.conductivity(stretch) / stretch
         first = 0.5 * (through[0] + float(self.conductivity(ends)[0] / ends[0]))
