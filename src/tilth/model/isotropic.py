@@ -95,6 +95,7 @@ class AnyMaterial(Declared):
         "saturated_density": "density",
         "porosity": "dimensionless",
         "hydraulic_conductivity": "conductivity",
+        "conductivity_ratios": "dimensionless",
         "permeability_change_index": "dimensionless",
         "permeability_exponent": "dimensionless",
     }
