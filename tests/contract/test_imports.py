@@ -57,7 +57,7 @@ ROOMS_OF_BOUNDARIES = [
     "step",
     "contact implicit",
     "surfaces",
-    "base_motion",
+    "base_motion plane_faces",
     "affine nodal",
     "protocol",
 ]
