@@ -63,7 +63,6 @@ class Patches:
         frame: normal and tangents at the points, shape (dim, n, dim).
         first_gap: gaps of the points at the start of the step [length], shape (n,), less
         left: what of them is left to the next step, shape (n,).
-        value: integrals of N over the patches [length^(dim - 1)], shape (entries,).
         before: carried mean tractions [stress], shape (m, dim).
         law_before: `law` beside the water at the start of the step.
         stiffness: e_n and e_t [stress/length], shape (m, 2).
@@ -182,7 +181,7 @@ class Patches:
         for a in range(dim):
             for j in range(dim):
                 self.row[a, :, j] = self._integrals(self.frame[a, :, j])
-        self.value = self._integrals(np.ones(len(active)))
+        self._value: Floats | None = None
         self.gap = self._sum(self.first_gap) / self._divisor
         self.before = self.mean(part.before)
         soft = np.stack([self._sum(1.0 / each) for each in part.stiffness.T], axis=1)
@@ -236,6 +235,13 @@ class Patches:
         slip = total / self._divisor[:, None] - self.mean(moved)
         slip[:, 0] += self.gap
         return np.asarray(slip)
+
+    @property
+    def value(self) -> Floats:
+        """Integrals of N over the patches [length^(dim - 1)], shape (entries,)."""
+        if self._value is None:
+            self._value = self._integrals(np.ones(len(self.active)))
+        return self._value
 
     def pore_pressure(self, nodal: Floats) -> Floats:
         """Returns the mean excess pore pressures [stress], shape (m,), of nodal ones (nodes, 1)."""
