@@ -97,15 +97,18 @@ def column(mud: Mud, cells: int) -> Model:
     return varied(model, changes)
 
 
-def reference(model: Model, load: float) -> tuple[MaterialColumn, float]:
-    """Returns the layer of a model by finite volumes, and H^2/c of its start [day]."""
+def reference(model: Model, load: float, weight: float = 0.0) -> tuple[MaterialColumn, float]:
+    """Returns the layer of a model by finite volumes, and H^2/c of its start [day].
+
+    load: on it [kPa]. weight: under water at the start [kN/m^3], as in `MaterialColumn`.
+    """
     mud = model.materials["mud"]
     assert isinstance(mud, HenckyElastic)
     modulus, start = Moduli.of(mud).constrained, conductivity(model, "mud")
     law = constant(start)
     if mud.permeability == "kozeny_carman":
         law = kozeny_carman(start, number(model, "mud", "porosity"))
-    column = MaterialColumn(HEIGHT, hencky(modulus), law, load)
+    column = MaterialColumn(HEIGHT, hencky(modulus), law, load, weight)
     return column, HEIGHT**2 / (start * modulus)
 
 

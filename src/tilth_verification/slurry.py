@@ -15,21 +15,17 @@ import numpy as np
 from scipy.special import lambertw
 
 from tilth.arrays import Floats
-from tilth.model import HenckyElastic, Model
+from tilth.model import Model
 from tilth_verification.cases import example, varied, with_basis
-from tilth_verification.closed_forms import Moduli
-from tilth_verification.closed_forms.material_column import (
-    MaterialColumn,
-    constant,
-    hencky,
-    kozeny_carman,
-)
+from tilth_verification.closed_forms.material_column import MaterialColumn
 from tilth_verification.comparison import Comparison, absolute, relative
-from tilth_verification.consolidating import conductivity, consolidate, number
+from tilth_verification.consolidating import consolidate
+from tilth_verification.large_consolidation import HEIGHT
+from tilth_verification.large_consolidation import reference as layer
 
 PROBLEM = "slurry"
-HEIGHT, WEIGHT = 4.0, 3.3
-"""Of the mud [m], and its unit weight under water at the start [kN/m^3]."""
+WEIGHT = 3.3
+"""Unit weight of the mud under water at the start [kN/m^3]."""
 CELLS, STEPS, FIRST = 16, 100, 1e-4
 """In the height, to the last time, and the first of them over H^2/c [-]."""
 SOURCE = "finite volumes in material coordinates"
@@ -116,14 +112,7 @@ def column(mud: Mud, times: tuple[float, ...]) -> Model:
 
 def reference(model: Model) -> tuple[MaterialColumn, float]:
     """Returns the layer of a model by finite volumes, and H^2/c of its start [day]."""
-    mud = model.materials["mud"]
-    assert isinstance(mud, HenckyElastic)
-    modulus, start = Moduli.of(mud).constrained, conductivity(model, "mud")
-    law = constant(start)
-    if mud.permeability == "kozeny_carman":
-        law = kozeny_carman(start, number(model, "mud", "porosity"))
-    column = MaterialColumn(HEIGHT, hencky(modulus), law, 0.0, WEIGHT)
-    return column, HEIGHT**2 / (start * modulus)
+    return layer(model, 0.0, WEIGHT)
 
 
 def settled_at_last() -> Comparison:
