@@ -291,10 +291,11 @@ class AssembledContact(GlobalUnknowns):
             for j in range(count):
                 _core.add_element_forces(elements, -patch.entry_force(right[j]), columns[j])
                 _core.add_element_forces(elements, -patch.entry_force(left[j]), rows[j])
-            by_water = np.einsum("jka,ka->jk", lever, each.response.by_pore_pressure)
-            for j in range(count):
-                of_entry = patch.value * by_water[j, patch.entry_multiplier]
-                of_water[j, :, 0] -= np.bincount(patch.node, of_entry, len(displacement))
+            if self._water is not None and patch.has_friction:
+                by_water = np.einsum("jka,ka->jk", lever, each.response.by_pore_pressure)
+                of_entry = patch.value * by_water[:, patch.entry_multiplier]
+                for own, added in zip(of_water, of_entry, strict=True):
+                    own[:, 0] -= np.bincount(patch.node, added, len(own))
             corner += np.einsum("k,ika,jka->ij", patch.area, lever, right)
             force = patch.weight[:, None] * patch.distribute(each.response.traction)
             corner += self.body.geometric_stiffness(increments, patch.part.pose.position, force)

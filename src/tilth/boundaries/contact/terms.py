@@ -58,7 +58,7 @@ class ContactForces(Term):
 
     @property
     def _with_pore_pressure(self) -> list[Coupled | None]:
-        """For each surface, its nodes with those of the pore pressure; None if it has no matter."""
+        """For each surface, its nodes with those of the pore pressure; None without friction."""
         if not self._with_water:
             return [None] * len(self._patches)
         found: list[Coupled | None] = []
